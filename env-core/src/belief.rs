@@ -1,0 +1,186 @@
+//! What the mower knows: the ground it has seen and the weeds it has still to mow.
+
+use crate::deck::Cut;
+use crate::geometry::{Footprint, Point};
+use crate::grid::{CellSet, Grid, Reach};
+use crate::math;
+use crate::sensor::Percept;
+use crate::weeds::Weeds;
+
+/// A weed that was detected and not yet mowed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KnownWeed {
+    /// Order of detection, from 0. It says nothing about weeds that were not detected.
+    pub number: u32,
+    /// World frame, metres.
+    pub position: Point,
+}
+
+/// Which cells of the pasture have been seen: their centre was inside the triangle at a look, or under the bar.
+#[derive(Debug, Clone)]
+pub struct SeenGround {
+    grid: Grid,
+    unseen: CellSet,
+    unseen_count: usize,
+}
+
+impl SeenGround {
+    fn new(grid: Grid) -> Self {
+        Self { grid, unseen: CellSet::full(&grid), unseen_count: grid.cells() }
+    }
+
+    /// The cells.
+    #[must_use]
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Whether a cell has been seen.
+    #[must_use]
+    pub fn is_seen(&self, column: usize, row: usize) -> bool {
+        !self.unseen.contains(&self.grid, column, row)
+    }
+
+    /// Number of cells not seen yet.
+    #[must_use]
+    pub fn unseen_count(&self) -> usize {
+        self.unseen_count
+    }
+
+    /// Share of the cells that have been seen, 0 to 1.
+    #[must_use]
+    pub fn fraction(&self) -> f64 {
+        1.0 - self.unseen_count as f64 / self.grid.cells() as f64
+    }
+
+    /// Distance from `origin` to unseen ground along `bearing_rad` (world frame), at most `cap_m`.
+    ///
+    /// The ray is sampled every metre; outside the pasture there is nothing to see.
+    #[must_use]
+    pub fn range_to_unseen(&self, origin: Point, bearing_rad: f64, cap_m: f64) -> f64 {
+        if self.unseen_count == 0 {
+            return cap_m;
+        }
+        let (sin, cos) = math::sin_cos(bearing_rad);
+        let (length_m, width_m) = self.grid.size_m();
+        let mut distance_m = 0.0;
+        while distance_m < cap_m {
+            let point = Point::new(origin.x + distance_m * cos, origin.y + distance_m * sin);
+            if (0.0..=length_m).contains(&point.x) && (0.0..=width_m).contains(&point.y) {
+                let (column, row) = self.grid.cell_of(point);
+                if !self.is_seen(column, row) {
+                    return distance_m;
+                }
+            }
+            distance_m += 1.0;
+        }
+        cap_m
+    }
+
+    fn absorb(&mut self, footprint: &impl Footprint) {
+        let Self { grid, unseen, unseen_count } = self;
+        if *unseen_count > 0 {
+            grid.for_each_stripe(footprint, Reach::Centre, |stripe| {
+                *unseen_count -= unseen.remove_in(grid, stripe, |column, row| {
+                    footprint.contains(grid.centre(column, row))
+                });
+            });
+        }
+    }
+}
+
+/// What the mower has learnt since reset.
+#[derive(Debug, Clone)]
+pub struct Belief {
+    ground: SeenGround,
+    known: Vec<KnownWeed>,
+    /// For each known weed, its number in the pasture: the link that only the environment follows.
+    known_as: Vec<u32>,
+    detected: u32,
+}
+
+impl Belief {
+    /// A mower that knows nothing yet.
+    #[must_use]
+    pub fn new(grid: Grid) -> Self {
+        Self { ground: SeenGround::new(grid), known: Vec::new(), known_as: Vec::new(), detected: 0 }
+    }
+
+    /// Forgets everything.
+    pub fn clear(&mut self) {
+        let grid = self.ground.grid;
+        self.ground.unseen.fill(&grid);
+        self.ground.unseen_count = grid.cells();
+        self.known.clear();
+        self.known_as.clear();
+        self.detected = 0;
+    }
+
+    /// Puts a belief back: `known` are pairs of detection number and weed.
+    pub(crate) fn restore(
+        &mut self,
+        unseen: CellSet,
+        known: &[(u32, u32)],
+        detected: u32,
+        weeds: &Weeds,
+    ) {
+        self.ground.unseen_count = unseen.len();
+        self.ground.unseen = unseen;
+        self.known = known
+            .iter()
+            .map(|&(number, weed)| KnownWeed { number, position: weeds.positions()[weed as usize] })
+            .collect();
+        self.known_as = known.iter().map(|&(_, weed)| weed).collect();
+        self.detected = detected;
+    }
+
+    /// Strikes out mowed weeds; the ground under the bar counts as seen.
+    pub fn absorb_cut(&mut self, cut: &Cut) {
+        self.ground.absorb(&cut.sweep);
+        for weed in cut.mowed {
+            if let Some(index) = self.known_as.iter().position(|known| known == weed) {
+                self.known.remove(index);
+                self.known_as.remove(index);
+            }
+        }
+    }
+
+    /// Notes new weeds, in the order of their numbers, and the ground seen.
+    pub fn absorb_percept(&mut self, percept: &Percept, weeds: &Weeds) {
+        self.ground.absorb(&percept.footprint);
+        for &weed in percept.detected {
+            self.known.push(KnownWeed {
+                number: self.detected,
+                position: weeds.positions()[weed as usize],
+            });
+            self.known_as.push(weed);
+            self.detected += 1;
+        }
+    }
+
+    /// The ground seen so far.
+    #[must_use]
+    pub fn ground(&self) -> &SeenGround {
+        &self.ground
+    }
+
+    /// Weeds detected and not yet mowed, in the order of detection.
+    #[must_use]
+    pub fn known(&self) -> &[KnownWeed] {
+        &self.known
+    }
+
+    /// Number of weeds ever detected.
+    #[must_use]
+    pub fn detected(&self) -> u32 {
+        self.detected
+    }
+
+    pub(crate) fn unseen_cells(&self) -> &CellSet {
+        &self.ground.unseen
+    }
+
+    pub(crate) fn known_pairs(&self) -> impl Iterator<Item = (u32, u32)> {
+        self.known.iter().map(|weed| weed.number).zip(self.known_as.iter().copied())
+    }
+}

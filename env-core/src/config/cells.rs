@@ -1,0 +1,113 @@
+//! The cells of a sweep: every scenario that a document asks to be evaluated.
+
+use toml::{Table, Value};
+
+use super::document::SweepEntry;
+use super::{ConfigError, Document, ValidScenario, keys};
+
+/// One scenario of a sweep, with the values that set it apart.
+#[derive(Debug, Clone)]
+pub struct Cell {
+    /// `document` or `document/sweep`.
+    pub name: String,
+    /// Every swept key of the evaluation, in order, with its value in this cell.
+    pub values: Vec<(String, Value)>,
+    /// The scenario itself.
+    pub scenario: ValidScenario,
+}
+
+impl Document {
+    /// Every scenario of this document: the product of the values within a sweep, the union over sweeps, the document itself without sweeps.
+    ///
+    /// `only` picks the sweep of that name.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError::Value`] if there is no sweep named `only`; else what is wrong with a scenario.
+    pub fn cells(&self, only: Option<&str>) -> Result<Vec<Cell>, ConfigError> {
+        let chosen: Vec<&SweepEntry> =
+            self.sweeps.iter().filter(|sweep| only.is_none_or(|name| sweep.name == name)).collect();
+        if let (Some(only), true) = (only, chosen.is_empty()) {
+            let names: Vec<&str> = self.sweeps.iter().map(|sweep| sweep.name.as_str()).collect();
+            let expected = if names.is_empty() {
+                format!("left out, since {} declares no sweep", self.name())
+            } else {
+                format!("one of {}", names.join(", "))
+            };
+            return Err(ConfigError::value("only", expected, only));
+        }
+        if chosen.is_empty() {
+            return Ok(vec![Cell {
+                name: self.name().to_owned(),
+                values: Vec::new(),
+                scenario: self.resolve(self.table.clone())?,
+            }]);
+        }
+        let mut columns: Vec<String> = Vec::new();
+        for (key, _) in chosen.iter().flat_map(|sweep| &sweep.axes) {
+            if !columns.contains(key) {
+                columns.push(key.clone());
+            }
+        }
+        let mut cells = Vec::new();
+        for sweep in chosen {
+            for table in product(&self.table, &sweep.axes) {
+                let scenario = self.resolve(table)?;
+                let values = columns
+                    .iter()
+                    .map(|key| Ok((key.clone(), value_of(&scenario, key)?)))
+                    .collect::<Result<_, _>>()?;
+                cells.push(Cell {
+                    name: format!("{}/{}", self.name(), sweep.name),
+                    values,
+                    scenario,
+                });
+            }
+        }
+        Ok(cells)
+    }
+}
+
+/// `base` with every combination of the axes' values; the last axis runs fastest.
+fn product(base: &Table, axes: &[(String, Vec<Value>)]) -> Vec<Table> {
+    let mut tables = vec![base.clone()];
+    for (key, values) in axes {
+        tables = tables
+            .into_iter()
+            .flat_map(|table| values.iter().map(move |value| with(&table, key, value)))
+            .collect();
+    }
+    tables
+}
+
+fn with(table: &Table, key: &str, value: &Value) -> Table {
+    let mut table = table.clone();
+    let mut inner = &mut table;
+    let mut names = key.split('.').peekable();
+    while let Some(name) = names.next() {
+        if names.peek().is_none() {
+            inner.insert(name.to_owned(), value.clone());
+            break;
+        }
+        let entry = inner.entry(name).or_insert_with(|| Value::Table(Table::new()));
+        if !entry.is_table() {
+            *entry = Value::Table(Table::new());
+        }
+        inner = entry.as_table_mut().expect("it was made a table above");
+    }
+    table
+}
+
+/// The value that a resolved scenario has under a dotted key, defaults included.
+fn value_of(scenario: &ValidScenario, key: &str) -> Result<Value, ConfigError> {
+    let mut value =
+        Value::try_from(&**scenario).expect("every field of a scenario has a TOML form");
+    for name in key.split('.') {
+        let Some(inner) = value.as_table_mut().and_then(|table| table.remove(name)) else {
+            keys::check_leaf(key)?;
+            return Ok(Value::String(String::new()));
+        };
+        value = inner;
+    }
+    Ok(value)
+}

@@ -1,0 +1,92 @@
+//! What can be wrong with a scenario.
+
+use std::fmt::Display;
+
+/// A scenario that cannot be used; the text names the field, the value and what was expected, in one line.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum ConfigError {
+    /// A value that is not allowed.
+    #[error("`{field}` must be {expected}, got {got}")]
+    Value {
+        /// Dotted key, such as `mower.deck_width_m`.
+        field: String,
+        /// What would be allowed.
+        expected: String,
+        /// What was found.
+        got: String,
+    },
+    /// A key that no scenario has.
+    #[error("`{key}` is not a known key{}", hint(nearest.as_deref()))]
+    UnknownKey {
+        /// Dotted key as written.
+        key: String,
+        /// The known key that is spelt most like it, if one is close.
+        nearest: Option<String>,
+    },
+    /// Text that is not TOML.
+    #[error("{name}, line {line}: {message}")]
+    Syntax {
+        /// File or scenario name.
+        name: String,
+        /// Line number, from 1.
+        line: usize,
+        /// The parser's words.
+        message: String,
+    },
+    /// A file that cannot be read.
+    #[error("cannot read {name}: {message}")]
+    File {
+        /// Path as written.
+        name: String,
+        /// The system's words, or what else could have been meant.
+        message: String,
+    },
+    /// A line of a weed file that is not a weed.
+    #[error("{name}, line {line}: expected {expected}, got {got}")]
+    WeedFile {
+        /// Path as written.
+        name: String,
+        /// Line number, from 1.
+        line: u64,
+        /// What would be allowed.
+        expected: String,
+        /// What was found.
+        got: String,
+    },
+    /// A file that sweeps over several scenarios, where one is needed.
+    #[error(
+        "{name} declares the sweep `{sweep}`: it is for `swath evaluate`, one environment needs a file without [[sweep]]"
+    )]
+    Sweep {
+        /// File or scenario name.
+        name: String,
+        /// Name of the first sweep.
+        sweep: String,
+    },
+}
+
+impl ConfigError {
+    /// A value that is not allowed in `field`.
+    pub fn value(field: impl Into<String>, expected: impl Into<String>, got: impl Display) -> Self {
+        Self::Value { field: field.into(), expected: expected.into(), got: got.to_string() }
+    }
+}
+
+fn hint(nearest: Option<&str>) -> String {
+    nearest.map_or_else(String::new, |key| format!("; did you mean `{key}`?"))
+}
+
+/// `Ok` if a length or rate is finite and above zero.
+pub(super) fn positive(field: &str, value: f64) -> Result<(), ConfigError> {
+    expect(value.is_finite() && value > 0.0, field, "finite and > 0", value)
+}
+
+/// `Ok` if `holds`; written as the positive test by every caller, so that NaN fails it.
+pub(super) fn expect(
+    holds: bool,
+    field: &str,
+    expected: &str,
+    got: impl Display,
+) -> Result<(), ConfigError> {
+    if holds { Ok(()) } else { Err(ConfigError::value(field, expected, got)) }
+}

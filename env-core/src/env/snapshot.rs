@@ -1,0 +1,151 @@
+//! An environment as bytes, and back.
+//!
+//! A snapshot holds the state, not the scenario: it can be restored into any environment of the same scenario, which then
+//! goes on byte for byte as the first one would have. Indexes and buffers are rebuilt, not stored.
+
+use serde::{Deserialize, Serialize};
+
+use super::Env;
+use crate::episode::Episode;
+use crate::geometry::{Point, Pose};
+use crate::grid::CellSet;
+use crate::mower::Mower;
+
+/// Raised with every change of the layout.
+const VERSION: u32 = 1;
+
+/// Bytes that cannot be restored; the environment is as it was.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum SnapshotError {
+    /// Not a snapshot, or a damaged one.
+    #[error("`snapshot` must be the bytes that `snapshot` returned, got {got}")]
+    Damaged {
+        /// What is wrong with them.
+        got: String,
+    },
+    /// A snapshot of another version of swath.
+    #[error("`snapshot` must have version {VERSION}, got {got}")]
+    Version {
+        /// The version found.
+        got: u32,
+    },
+    /// A snapshot of another scenario.
+    #[error(
+        "`snapshot` must come from an environment of the same scenario, got another scenario's"
+    )]
+    Scenario,
+}
+
+#[derive(Serialize, Deserialize)]
+struct State {
+    version: u32,
+    scenario: [u8; 32],
+    seed: u64,
+    episodes: u64,
+    weeds_m: Vec<(f64, f64)>,
+    is_detected: Vec<bool>,
+    is_mowed: Vec<bool>,
+    pose: Pose,
+    path_m: f64,
+    looks: u64,
+    unseen: CellSet,
+    /// Detection number and weed of each known weed.
+    known: Vec<(u32, u32)>,
+    detected: u32,
+    episode: Episode,
+}
+
+impl Env {
+    /// The whole state as bytes.
+    #[must_use]
+    pub fn snapshot(&self) -> Vec<u8> {
+        let state = State {
+            version: VERSION,
+            scenario: self.scenario_hash,
+            seed: self.seed,
+            episodes: self.episodes,
+            weeds_m: self.weeds.positions().iter().map(|weed| (weed.x, weed.y)).collect(),
+            is_detected: self.weeds.is_detected().to_vec(),
+            is_mowed: self.weeds.is_mowed().to_vec(),
+            pose: self.mower.pose(),
+            path_m: self.mower.path_m(),
+            looks: self.mower.looks(),
+            unseen: self.belief.unseen_cells().clone(),
+            known: self.belief.known_pairs().collect(),
+            detected: self.belief.detected(),
+            episode: self.episode,
+        };
+        postcard::to_allocvec(&state).expect("a state in memory can be written to memory")
+    }
+
+    /// Puts back the state that [`Env::snapshot`] returned, here or in another process.
+    ///
+    /// # Errors
+    ///
+    /// [`SnapshotError`]; the environment is then as it was.
+    pub fn restore(&mut self, snapshot: &[u8]) -> Result<(), SnapshotError> {
+        let (version, _) = postcard::take_from_bytes::<u32>(snapshot).map_err(damaged)?;
+        if version != VERSION {
+            return Err(SnapshotError::Version { got: version });
+        }
+        let (state, rest) = postcard::take_from_bytes::<State>(snapshot).map_err(damaged)?;
+        if !rest.is_empty() {
+            return Err(SnapshotError::Damaged { got: format!("{} bytes too many", rest.len()) });
+        }
+        if state.scenario != self.scenario_hash {
+            return Err(SnapshotError::Scenario);
+        }
+        self.check(&state)?;
+        self.seed = state.seed;
+        self.episodes = state.episodes;
+        let positions = state.weeds_m.iter().map(|&(x_m, y_m)| Point::new(x_m, y_m)).collect();
+        self.weeds.restore(positions, state.is_detected, state.is_mowed);
+        self.mower = Mower::restore(state.pose, state.path_m, state.looks);
+        self.belief.restore(state.unseen, &state.known, state.detected, &self.weeds);
+        self.episode = state.episode;
+        Ok(())
+    }
+
+    /// Whether every part of a state fits the others, so that no later step can trip over it.
+    fn check(&self, state: &State) -> Result<(), SnapshotError> {
+        let weeds = state.weeds_m.len();
+        let is_known = |&(number, weed): &(u32, u32)| {
+            let weed = weed as usize;
+            number < state.detected
+                && weed < weeds
+                && state.is_detected[weed]
+                && !state.is_mowed[weed]
+        };
+        let Pose { x_m, y_m, heading_rad } = state.pose;
+        let rules = [
+            (
+                "flags for other weeds",
+                state.is_detected.len() == weeds && state.is_mowed.len() == weeds,
+            ),
+            ("weeds off the pasture", state.weeds_m.iter().all(|&(x, y)| self.site.holds(x, y))),
+            (
+                "a pose that is no pose",
+                [x_m, y_m, heading_rad, state.path_m].iter().all(|v| v.is_finite())
+                    && state.path_m >= 0.0,
+            ),
+            ("ground of another pasture", state.unseen.fits(self.belief.ground().grid())),
+            ("known weeds out of order", state.known.is_sorted_by(|a, b| a.0 < b.0)),
+        ];
+        for (got, holds) in rules {
+            if !holds {
+                return Err(SnapshotError::Damaged { got: got.to_owned() });
+            }
+        }
+        if !state.known.iter().all(is_known) {
+            return Err(SnapshotError::Damaged {
+                got: "known weeds that are not known".to_owned(),
+            });
+        }
+        Ok(())
+    }
+}
+
+#[expect(clippy::needless_pass_by_value, reason = "the shape that map_err asks for")]
+fn damaged(error: postcard::Error) -> SnapshotError {
+    SnapshotError::Damaged { got: error.to_string() }
+}

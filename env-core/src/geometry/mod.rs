@@ -1,0 +1,18 @@
+//! Poses, arcs, Dubins words, and the two shapes that a mower puts on the ground: the swept bar and the detection triangle.
+
+mod arc;
+mod dubins;
+mod footprint;
+mod pose;
+mod sweep;
+mod triangle;
+
+pub use arc::Arc;
+pub use dubins::{DubinsPath, PathError, Segment, Word, boustrophedon_length, shortest};
+pub use footprint::Footprint;
+pub use pose::Pose;
+pub use sweep::BarSweep;
+pub use triangle::Triangle;
+
+/// A point of the ground, world frame, metres.
+pub type Point = nalgebra::Point2<f64>;

@@ -1,0 +1,145 @@
+//! The ground that the implement passes over while the mower follows an arc.
+
+use super::{Arc, Footprint, Point, Pose};
+use crate::math;
+
+/// How far outside the bar a point still counts as mowed, metres.
+///
+/// A planner puts the bar's end exactly on a weed (equation 1 of Maini, Gonultas & Isler, 2022), so the test has to include it.
+const BORDER_M: f64 = 1e-6;
+
+/// A bar of given width, across the heading, moved along an arc that turns by less than half a circle.
+#[derive(Debug, Clone, Copy)]
+pub struct BarSweep {
+    start: Frame,
+    end: Frame,
+    curvature_per_m: f64,
+    half_width_m: f64,
+    bulge_m: f64,
+}
+
+/// A pose with the sine and cosine of its heading.
+#[derive(Debug, Clone, Copy)]
+struct Frame {
+    x: f64,
+    y: f64,
+    cos: f64,
+    sin: f64,
+}
+
+impl Frame {
+    fn new(pose: Pose) -> Self {
+        let (sin, cos) = math::sin_cos(pose.heading_rad);
+        Self { x: pose.x_m, y: pose.y_m, cos, sin }
+    }
+
+    /// Forward and left offset of a point, metres.
+    fn offsets(&self, point: Point) -> (f64, f64) {
+        let (dx, dy) = (point.x - self.x, point.y - self.y);
+        (self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx)
+    }
+}
+
+impl BarSweep {
+    /// The ground under a bar of `width_m` while its middle follows `arc`.
+    ///
+    /// # Panics
+    ///
+    /// In debug builds, if the arc turns by half a circle or more.
+    #[must_use]
+    pub fn new(arc: &Arc, width_m: f64) -> Self {
+        let turn_rad = (arc.curvature_per_m * arc.length_m).abs();
+        debug_assert!(
+            turn_rad < std::f64::consts::PI,
+            "an arc that turns by {turn_rad} rad cannot be tested in one piece"
+        );
+        let half_width_m = 0.5 * width_m;
+        // The bar's outer end leaves the hull of the two bars by (1/k + b)(1 - cos(ks/2)) <= (|k| + b k^2) s^2 / 8.
+        let k = arc.curvature_per_m.abs();
+        let bulge_m =
+            (k + half_width_m * k * k) * arc.length_m * arc.length_m / 8.0 + 2.0 * BORDER_M;
+        Self {
+            start: Frame::new(arc.start),
+            end: Frame::new(arc.end()),
+            curvature_per_m: arc.curvature_per_m,
+            half_width_m,
+            bulge_m,
+        }
+    }
+
+    /// The four ends of the two bars along one axis, as lowest and highest value.
+    fn extent(&self, at_start: f64, at_end: f64, across_start: f64, across_end: f64) -> (f64, f64) {
+        let (start_half, end_half) =
+            (self.half_width_m * across_start.abs(), self.half_width_m * across_end.abs());
+        let low = (at_start - start_half).min(at_end - end_half);
+        let high = (at_start + start_half).max(at_end + end_half);
+        (low - self.bulge_m, high + self.bulge_m)
+    }
+}
+
+impl Footprint for BarSweep {
+    /// Exact and inclusive: between the two bar lines, and within half a width of the arc.
+    ///
+    /// With (a, l) the offsets in the start frame and k the curvature, `rho = |(k a, 1 - k l)|` is the distance from the
+    /// turning centre in units of the radius, and `|1 - rho| / |k|` the distance from the arc; multiplied out, nothing
+    /// is divided by k. A bar that reaches beyond its turning centre sweeps the opposite wedge backwards as well.
+    fn contains(&self, point: Point) -> bool {
+        let (ahead, left) = self.start.offsets(point);
+        let (past_end, _) = self.end.offsets(point);
+        let k = self.curvature_per_m;
+        let reach_m = self.half_width_m + BORDER_M;
+        let rho = ((k * ahead) * (k * ahead) + (1.0 - k * left) * (1.0 - k * left)).sqrt();
+        if ahead >= -BORDER_M && past_end <= BORDER_M {
+            let twice_offset_m = 2.0 * left - k * (ahead * ahead + left * left);
+            return twice_offset_m.abs() <= reach_m * (1.0 + rho);
+        }
+        ahead <= BORDER_M && past_end >= -BORDER_M && 1.0 + rho <= k.abs() * reach_m
+    }
+
+    fn y_range(&self) -> (f64, f64) {
+        self.extent(self.start.y, self.end.y, self.start.cos, self.end.cos)
+    }
+
+    fn x_range(&self, _y_from: f64, _y_to: f64) -> (f64, f64) {
+        self.extent(self.start.x, self.end.x, self.start.sin, self.end.sin)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sweep(curvature_per_m: f64, length_m: f64, width_m: f64) -> BarSweep {
+        BarSweep::new(&Arc { start: Pose::new(0.0, 0.0, 0.0), curvature_per_m, length_m }, width_m)
+    }
+
+    #[test]
+    fn a_weed_exactly_on_the_bars_end_is_under_it() {
+        assert!(sweep(0.0, 0.2, 2.0).contains(Point::new(0.1, 1.0)));
+        assert!(!sweep(0.0, 0.2, 2.0).contains(Point::new(0.1, 1.0001)));
+    }
+
+    #[test]
+    fn behind_the_start_and_beyond_the_end_nothing_is_under_it() {
+        assert!(!sweep(0.0, 0.2, 2.0).contains(Point::new(-0.01, 0.0)));
+        assert!(!sweep(0.0, 0.2, 2.0).contains(Point::new(0.21, 0.0)));
+    }
+
+    #[test]
+    fn on_a_left_turn_the_right_end_of_the_bar_runs_ahead() {
+        // Radius 2, quarter turn: the right end of a bar of width 2 runs on a circle of radius 3 around (0, 2).
+        let quarter = sweep(0.5, std::f64::consts::PI, 2.0);
+        assert!(quarter.contains(Point::new(2.9 * 0.5_f64.sqrt(), 2.0 - 2.9 * 0.5_f64.sqrt())));
+        assert!(!quarter.contains(Point::new(3.1 * 0.5_f64.sqrt(), 2.0 - 3.1 * 0.5_f64.sqrt())));
+        assert!(!quarter.contains(Point::new(0.9 * 0.5_f64.sqrt(), 2.0 - 0.9 * 0.5_f64.sqrt())));
+    }
+
+    #[test]
+    fn a_bar_wider_than_its_circle_mows_behind_the_turning_centre_too() {
+        // Radius 0.5 around (0, 0.5), bar 2 wide: its left end at (0, 1) runs backwards on a circle of radius 0.5.
+        let tight = sweep(2.0, 0.2, 2.0);
+        assert!(tight.contains(Point::new(-0.05, 0.8)));
+        assert!(!tight.contains(Point::new(0.05, 0.8)));
+        assert!(!tight.contains(Point::new(-0.4, 0.6)));
+    }
+}

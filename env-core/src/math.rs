@@ -1,0 +1,83 @@
+//! Elementary functions whose bytes are the same on every machine.
+//!
+//! The system's `sin`, `cos`, `atan2`, `acos` and `ln` may round differently elsewhere, so all of them go through `libm` here.
+//! A square root is exact by IEEE 754 and needs no care.
+
+use std::f64::consts::TAU;
+
+/// Sine and cosine of `angle_rad`.
+#[must_use]
+pub fn sin_cos(angle_rad: f64) -> (f64, f64) {
+    libm::sincos(angle_rad)
+}
+
+/// Angle of the vector (`x`, `y`) in [-pi, pi].
+#[must_use]
+pub fn atan2(y: f64, x: f64) -> f64 {
+    libm::atan2(y, x)
+}
+
+/// Arc cosine in [0, pi]; the argument is clamped to [-1, 1], since it comes from a quotient that rounding may push over.
+#[must_use]
+pub fn acos(cosine: f64) -> f64 {
+    libm::acos(cosine.clamp(-1.0, 1.0))
+}
+
+/// Natural logarithm.
+#[must_use]
+pub fn ln(value: f64) -> f64 {
+    libm::log(value)
+}
+
+/// `sin(x) / x`, 1 at 0.
+#[must_use]
+pub fn sinc(x: f64) -> f64 {
+    if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { libm::sin(x) / x }
+}
+
+/// The same angle in [0, 2 pi).
+#[must_use]
+pub fn wrap_to_tau(angle_rad: f64) -> f64 {
+    let wrapped = angle_rad.rem_euclid(TAU);
+    if wrapped >= TAU { 0.0 } else { wrapped }
+}
+
+/// The same angle in [-pi, pi).
+#[must_use]
+pub fn wrap_to_pi(angle_rad: f64) -> f64 {
+    wrap_to_tau(angle_rad + std::f64::consts::PI) - std::f64::consts::PI
+}
+
+/// Rounds a count or index that is known to be small and not negative towards zero; negative values and NaN give 0.
+#[must_use]
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "the cast saturates, which is what is wanted"
+)]
+pub fn floor_index(value: f64) -> usize {
+    value as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::PI;
+
+    #[test]
+    fn wrapped_angles_stay_in_their_half_open_ranges() {
+        for k in -9..=9 {
+            for offset in [-1e-17, 0.0, 1e-17, 1.0] {
+                let angle = f64::from(k) * PI + offset;
+                assert!((0.0..TAU).contains(&wrap_to_tau(angle)), "{angle}");
+                assert!((-PI..PI).contains(&wrap_to_pi(angle)), "{angle}");
+            }
+        }
+    }
+
+    #[test]
+    fn sinc_has_no_seam_where_the_series_ends() {
+        let (below, above) = (sinc(0.999_999e-4), sinc(1.000_001e-4));
+        assert!((below - above).abs() < 1e-14, "{below} {above}");
+    }
+}

@@ -1,0 +1,145 @@
+//! What an agent that learns is shown: numbers made from a [`View`].
+
+use std::f64::consts::TAU;
+
+use crate::belief::KnownWeed;
+use crate::config::ValidScenario;
+use crate::geometry::Point;
+use crate::math;
+use crate::view::View;
+
+/// Finite stand-in for an unlimited headland, metres: positions are scaled by it and clipped.
+const REACH_M: f64 = 10.0;
+/// Range of the rays, in sensor ranges.
+const RAY_RANGES: f64 = 4.0;
+
+/// One number of an observation: what it is and between which bounds it lies.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Feature {
+    /// Name, with its index where there are several.
+    pub name: String,
+    /// Lowest value.
+    pub low: f32,
+    /// Highest value.
+    pub high: f32,
+}
+
+/// Writes the `features` observation: 7 + 3 k + r numbers for k nearest weeds and r rays (39 by default).
+///
+/// | index | value | range |
+/// |---|---|---|
+/// | 0, 1 | x and y, scaled over the pasture and its headland (at most 10 m), clipped | -1 to 1 |
+/// | 2, 3 | cosine and sine of the heading | -1 to 1 |
+/// | 4 | share of the budget left | 0 to 1 |
+/// | 5 | share of the pasture's cells seen | 0 to 1 |
+/// | 6 | n / (n + k) for n known weeds | 0 to 1 |
+/// | 7 + 3i ... | the i-th nearest known weed: forward and left offset over length plus width, and 1; zeros where there is none | -1 to 1, -1 to 1, 0 to 1 |
+/// | 7 + 3k + j | distance to unseen ground along the bearing j x 360 / r degrees from the heading (left), over four sensor ranges, at most 1 | 0 to 1 |
+#[derive(Debug, Clone)]
+pub struct FeatureEncoder {
+    rays: usize,
+    budget_m: f64,
+    reach_m: f64,
+    nearest: Vec<(f64, KnownWeed)>,
+}
+
+impl FeatureEncoder {
+    /// The encoder of a scenario whose path may be `budget_m` long.
+    #[must_use]
+    pub fn new(scenario: &ValidScenario, budget_m: f64) -> Self {
+        let nobody = (0.0, KnownWeed { number: 0, position: Point::origin() });
+        Self {
+            rays: scenario.observation.rays,
+            budget_m,
+            reach_m: scenario.pasture.headland_m.min(REACH_M),
+            nearest: vec![nobody; scenario.observation.nearest_weeds],
+        }
+    }
+
+    /// Length of the observation.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        7 + 3 * self.nearest.len() + self.rays
+    }
+
+    /// Whether the observation has no numbers; it always has some.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Name and bounds of every number, in order.
+    #[must_use]
+    pub fn spec(&self) -> Vec<Feature> {
+        let feature = |name: String, low: f32| Feature { name, low, high: 1.0 };
+        let mut spec: Vec<Feature> = ["x", "y", "heading_cos", "heading_sin"]
+            .map(|name| feature(name.to_owned(), -1.0))
+            .into();
+        spec.extend(
+            ["budget_left", "seen_fraction", "known_weeds"]
+                .map(|name| feature(name.to_owned(), 0.0)),
+        );
+        for i in 0..self.nearest.len() {
+            spec.push(feature(format!("weed_{i}_forward"), -1.0));
+            spec.push(feature(format!("weed_{i}_left"), -1.0));
+            spec.push(feature(format!("weed_{i}_present"), 0.0));
+        }
+        spec.extend((0..self.rays).map(|j| feature(format!("unseen_range_{j}"), 0.0)));
+        spec
+    }
+
+    /// Writes the observation of `view` to `observation`.
+    ///
+    /// # Panics
+    ///
+    /// If `observation` does not have [`FeatureEncoder::len`] places.
+    pub fn encode(&mut self, view: &View, observation: &mut [f32]) {
+        assert_eq!(observation.len(), self.len(), "the observation buffer has the wrong length");
+        let (site, pose) = (view.site, view.pose);
+        let scaled = |value_m: f64, size_m: f64| {
+            2.0 * (value_m + self.reach_m) / (size_m + 2.0 * self.reach_m) - 1.0
+        };
+        let (sin, cos) = math::sin_cos(pose.heading_rad);
+        let budget_left =
+            if self.budget_m.is_finite() { 1.0 - view.path_m / self.budget_m } else { 1.0 };
+        let known = view.known_weeds.len() as f64;
+        let listed = self.nearest.len();
+        let (ego, rest) = observation.split_at_mut(7);
+        let (weeds, rays) = rest.split_at_mut(3 * listed);
+        ego[0] = signed(scaled(pose.x_m, site.length_m));
+        ego[1] = signed(scaled(pose.y_m, site.width_m));
+        ego[2] = signed(cos);
+        ego[3] = signed(sin);
+        ego[4] = share(budget_left);
+        ego[5] = share(view.ground.fraction());
+        ego[6] = share(known / (known + listed as f64));
+
+        weeds.fill(0.0);
+        let found = view.nearest_known(&mut self.nearest);
+        let scale_m = site.length_m + site.width_m;
+        for ((_, weed), row) in self.nearest[..found].iter().zip(weeds.chunks_exact_mut(3)) {
+            let offset = weed.position - pose.position();
+            row[0] = signed((cos * offset.x + sin * offset.y) / scale_m);
+            row[1] = signed((cos * offset.y - sin * offset.x) / scale_m);
+            row[2] = 1.0;
+        }
+
+        let cap_m = RAY_RANGES * site.sensor_range_m;
+        for (j, range) in rays.iter_mut().enumerate() {
+            let bearing_rad = pose.heading_rad + TAU * j as f64 / self.rays as f64;
+            *range =
+                share(view.ground.range_to_unseen(pose.position(), bearing_rad, cap_m) / cap_m);
+        }
+    }
+}
+
+/// A value clipped into [-1, 1], as float32.
+#[expect(clippy::cast_possible_truncation, reason = "observations are float32 by contract")]
+fn signed(value: f64) -> f32 {
+    value.clamp(-1.0, 1.0) as f32
+}
+
+/// A value clipped into [0, 1], as float32.
+fn share(value: f64) -> f32 {
+    signed(value.max(0.0))
+}
