@@ -80,10 +80,8 @@ impl SeenGround {
     fn absorb(&mut self, footprint: &impl Footprint) {
         let Self { grid, unseen, unseen_count } = self;
         if *unseen_count > 0 {
-            grid.for_each_stripe(footprint, Reach::Centre, |stripe| {
-                *unseen_count -= unseen.remove_in(grid, stripe, |column, row| {
-                    footprint.contains(grid.centre(column, row))
-                });
+            *unseen_count -= unseen.remove_where(grid, footprint, Reach::Centre, |column, row| {
+                footprint.contains(grid.centre(column, row))
             });
         }
     }

@@ -1,8 +1,6 @@
 //! The pasture cut into cells: the one spatial index, for weeds and for seen ground.
 
-use serde::{Deserialize, Serialize};
-
-use crate::geometry::{Footprint, Point};
+use crate::geometry::{Footprint, Limits, Point, Side};
 use crate::math::floor_index;
 
 /// Slack that keeps the ranges on the safe side of rounding, metres.
@@ -21,14 +19,6 @@ pub struct Grid {
     words_per_row: usize,
     cell_x_m: f64,
     cell_y_m: f64,
-}
-
-/// Some cells of one row that a footprint may reach: the set bits of `mask` in word `word` of row `row`.
-#[derive(Debug, Clone, Copy)]
-pub struct Stripe {
-    row: usize,
-    word: usize,
-    mask: u64,
 }
 
 /// Which cells a footprint reaches.
@@ -93,68 +83,55 @@ impl Grid {
         Point::new((column as f64 + 0.5) * self.cell_x_m, (row as f64 + 0.5) * self.cell_y_m)
     }
 
-    /// Calls `visit` with every stripe of cells that `footprint` may reach, rows upwards, columns ascending.
+    /// First and last row that a footprint may reach.
     #[inline]
-    pub fn for_each_stripe(
-        &self,
-        footprint: &impl Footprint,
-        reach: Reach,
-        mut visit: impl FnMut(Stripe),
-    ) {
-        // Centres lie half a cell from a cell's sides: shrink the strip to its middle line, and the columns likewise.
-        let inset = if reach == Reach::Centre { 0.5 } else { 0.0 };
+    fn rows_of(&self, footprint: &impl Footprint, reach: Reach) -> std::ops::Range<usize> {
         let (bottom_m, top_m) = footprint.y_range();
-        let Some((first_row, last_row)) = span(bottom_m, top_m, self.cell_y_m, inset, self.rows)
-        else {
-            return;
+        let (low, high) = ((bottom_m - SLACK_M) / self.cell_y_m, (top_m + SLACK_M) / self.cell_y_m);
+        let (first, end) = span(low, high, reach);
+        first..end.min(self.rows)
+    }
+
+    /// The limits of a footprint in cells: where the row's line through its middle, or its whole height, may meet it.
+    #[inline]
+    fn limits_in_cells(&self, footprint: &impl Footprint, reach: Reach) -> Limits {
+        let half_m = if reach == Reach::Touch { 0.5 * self.cell_y_m } else { 0.0 };
+        let Limits { lower, upper } = *footprint.limits();
+        let in_cells = |side: Side, widen: f64| Side {
+            x_at_0_m: (side.x_at_0_m + widen * (side.slope.abs() * half_m + SLACK_M))
+                / self.cell_x_m,
+            slope: side.slope / self.cell_x_m,
         };
-        for row in first_row..=last_row {
-            let from_m = (row as f64 + inset) * self.cell_y_m;
-            let to_m = (row as f64 + 1.0 - inset) * self.cell_y_m;
-            let (left_m, right_m) = footprint.x_range(from_m - SLACK_M, to_m + SLACK_M);
-            let Some((first, last)) = span(left_m, right_m, self.cell_x_m, inset, self.columns)
-            else {
-                continue;
-            };
-            for word in first / WORD..=last / WORD {
-                let mut mask = u64::MAX;
-                if word == first / WORD {
-                    mask &= u64::MAX << (first % WORD);
-                }
-                if word == last / WORD {
-                    mask &= u64::MAX >> (WORD - 1 - last % WORD);
-                }
-                visit(Stripe { row, word, mask });
-            }
+        Limits {
+            lower: lower.map(|side| in_cells(side, -1.0)),
+            upper: upper.map(|side| in_cells(side, 1.0)),
         }
     }
 }
 
-/// First and last index of the cells whose inner part (the cell less `inset` of its size on either side) meets `from_m..=to_m`.
+/// First cell and end of the cells that `low..=high` reaches, both in cells.
 #[inline]
-fn span(from_m: f64, to_m: f64, cell_m: f64, inset: f64, count: usize) -> Option<(usize, usize)> {
-    let low = (from_m - SLACK_M) / cell_m - inset;
-    let high = (to_m + SLACK_M) / cell_m - inset;
-    if low > high || high < 0.0 {
-        return None;
+fn span(low: f64, high: f64, reach: Reach) -> (usize, usize) {
+    match reach {
+        Reach::Touch => (floor_index(low), floor_index(high + 1.0)),
+        // The centre of cell i lies at i + 1/2: from the first i not below low - 1/2 to the last one not above high - 1/2.
+        Reach::Centre => (floor_index(low + (0.5 - 1e-12)), floor_index(high + 0.5)),
     }
-    // Whole cells begin where the range does; centres are the first ones not before it.
-    let first = if inset > 0.0 { floor_index(low + (1.0 - 1e-12)) } else { floor_index(low) };
-    let last = floor_index(high).min(count - 1);
-    (first <= last).then_some((first, last))
 }
 
 /// A set of cells, one bit each.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CellSet {
     words: Vec<u64>,
+    /// Number of cells of each row, so that rows without any are passed over.
+    per_row: Vec<u32>,
 }
 
 impl CellSet {
     /// No cell of `grid`.
     #[must_use]
     pub fn empty(grid: &Grid) -> Self {
-        Self { words: vec![0; grid.words_per_row * grid.rows] }
+        Self { words: vec![0; grid.words_per_row * grid.rows], per_row: vec![0; grid.rows] }
     }
 
     /// Every cell of `grid`.
@@ -165,41 +142,55 @@ impl CellSet {
         set
     }
 
+    /// The set with these bits; `None` if they are not those of a set of `grid`.
+    #[must_use]
+    pub fn from_words(grid: &Grid, words: Vec<u64>) -> Option<Self> {
+        let tail = tail(grid);
+        let fits = words.len() == grid.words_per_row * grid.rows
+            && words
+                .chunks_exact(grid.words_per_row)
+                .all(|row| row[grid.words_per_row - 1] & !tail == 0);
+        fits.then(|| {
+            let per_row = words
+                .chunks_exact(grid.words_per_row)
+                .map(|row| row.iter().map(|word| word.count_ones()).sum())
+                .collect();
+            Self { words, per_row }
+        })
+    }
+
+    /// The bits: 64 columns a word, each row in words of its own, lowest bit first.
+    #[must_use]
+    pub fn words(&self) -> &[u64] {
+        &self.words
+    }
+
     /// Takes every cell out.
     pub fn clear(&mut self) {
         self.words.fill(0);
+        self.per_row.fill(0);
     }
 
     /// Puts every cell of `grid` in.
     pub fn fill(&mut self, grid: &Grid) {
-        let tail = u64::MAX >> (grid.words_per_row * WORD - grid.columns);
         for row in self.words.chunks_exact_mut(grid.words_per_row) {
             row.fill(u64::MAX);
-            row[grid.words_per_row - 1] = tail;
+            row[grid.words_per_row - 1] = tail(grid);
         }
-    }
-
-    /// Whether the set has as many words as `grid` asks for and no bit outside it.
-    #[must_use]
-    pub fn fits(&self, grid: &Grid) -> bool {
-        let tail = u64::MAX >> (grid.words_per_row * WORD - grid.columns);
-        self.words.len() == grid.words_per_row * grid.rows
-            && self
-                .words
-                .chunks_exact(grid.words_per_row)
-                .all(|row| row[grid.words_per_row - 1] & !tail == 0)
+        self.per_row
+            .fill(u32::try_from(grid.columns).expect("a pasture has at most 64 million columns"));
     }
 
     /// Number of cells in the set.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.words.iter().map(|word| word.count_ones() as usize).sum()
+        self.per_row.iter().map(|&count| count as usize).sum()
     }
 
     /// Whether the set holds no cell.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.words.iter().all(|&word| word == 0)
+        self.per_row.iter().all(|&count| count == 0)
     }
 
     /// Whether a cell is in the set.
@@ -210,43 +201,66 @@ impl CellSet {
 
     /// Puts a cell in.
     pub fn insert(&mut self, grid: &Grid, column: usize, row: usize) {
-        self.words[row * grid.words_per_row + column / WORD] |= 1 << (column % WORD);
+        let word = &mut self.words[row * grid.words_per_row + column / WORD];
+        let bit = 1 << (column % WORD);
+        self.per_row[row] += u32::from(*word & bit == 0);
+        *word |= bit;
     }
 
-    /// Takes a cell out.
-    pub fn remove(&mut self, grid: &Grid, column: usize, row: usize) {
-        self.words[row * grid.words_per_row + column / WORD] &= !(1 << (column % WORD));
-    }
-
-    /// Calls `visit` with the column and row of every cell of the set in a stripe, ascending.
+    /// Takes out every cell that a footprint may reach and for which `is_out` holds; returns how many.
+    ///
+    /// `is_out` is asked for cells of the set only, rows upwards, columns ascending.
     #[inline]
-    pub fn for_each_in(&self, grid: &Grid, stripe: Stripe, mut visit: impl FnMut(usize, usize)) {
-        let mut bits = self.words[stripe.row * grid.words_per_row + stripe.word] & stripe.mask;
-        while bits != 0 {
-            visit(stripe.word * WORD + bits.trailing_zeros() as usize, stripe.row);
-            bits &= bits - 1;
-        }
-    }
-
-    /// Takes out every cell of a stripe for which `is_out` holds; returns how many.
-    #[inline]
-    pub fn remove_in(
+    pub fn remove_where(
         &mut self,
         grid: &Grid,
-        stripe: Stripe,
+        footprint: &impl Footprint,
+        reach: Reach,
         mut is_out: impl FnMut(usize, usize) -> bool,
     ) -> usize {
-        let word = &mut self.words[stripe.row * grid.words_per_row + stripe.word];
-        let mut bits = *word & stripe.mask;
+        let rows = grid.rows_of(footprint, reach);
+        let Limits { lower: [l0, l1], upper: [u0, u1] } = grid.limits_in_cells(footprint, reach);
         let mut removed = 0;
-        while bits != 0 {
-            let bit = bits & bits.wrapping_neg();
-            if is_out(stripe.word * WORD + bits.trailing_zeros() as usize, stripe.row) {
-                *word &= !bit;
-                removed += 1;
+        for row in rows {
+            if self.per_row[row] == 0 {
+                continue;
             }
-            bits &= bits - 1;
+            let y_m = (row as f64 + 0.5) * grid.cell_y_m;
+            let low = (l0.x_at_0_m + l0.slope * y_m).max(l1.x_at_0_m + l1.slope * y_m);
+            let high = (u0.x_at_0_m + u0.slope * y_m).min(u1.x_at_0_m + u1.slope * y_m);
+            let (first, end) = span(low, high, reach);
+            let end = end.min(grid.columns);
+            if first >= end {
+                continue;
+            }
+            let mut removed_here = 0;
+            for word_index in first / WORD..=(end - 1) / WORD {
+                let word = &mut self.words[row * grid.words_per_row + word_index];
+                let mut bits = *word & mask(first, end, word_index);
+                while bits != 0 {
+                    if is_out(word_index * WORD + bits.trailing_zeros() as usize, row) {
+                        *word &= !(bits & bits.wrapping_neg());
+                        removed_here += 1;
+                    }
+                    bits &= bits - 1;
+                }
+            }
+            self.per_row[row] -= removed_here;
+            removed += removed_here as usize;
         }
         removed
     }
+}
+
+/// The bits that a row's last word may have.
+fn tail(grid: &Grid) -> u64 {
+    u64::MAX >> (grid.words_per_row * WORD - grid.columns)
+}
+
+/// The bits of word `word` that stand for the columns `first..end`.
+#[inline]
+fn mask(first: usize, end: usize, word: usize) -> u64 {
+    let from = first.saturating_sub(word * WORD);
+    let to = (end - word * WORD).min(WORD);
+    (u64::MAX << from) & (u64::MAX >> (WORD - to))
 }

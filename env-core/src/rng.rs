@@ -12,12 +12,15 @@ pub enum Stream {
     Weeds = 0,
 }
 
+/// The generator of a stream.
+pub type StreamRng = ChaCha8Rng;
+
 /// Tells an agent's numbers apart from the environment's: "agent" in ASCII.
 const AGENT_SALT: u64 = 0x61_67_65_6e_74;
 
 /// The generator of one purpose. A draw from one stream never shifts another.
 #[must_use]
-pub fn stream(seed: u64, purpose: Stream) -> ChaCha8Rng {
+pub fn stream(seed: u64, purpose: Stream) -> StreamRng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(purpose as u64);
     rng
@@ -26,7 +29,7 @@ pub fn stream(seed: u64, purpose: Stream) -> ChaCha8Rng {
 /// The generator of an agent's own choices, hashed apart from every environment stream, so that an agent built with the
 /// environment's seed cannot redraw the weeds.
 #[must_use]
-pub fn agent_rng(seed: u64) -> ChaCha8Rng {
+pub fn agent_rng(seed: u64) -> StreamRng {
     ChaCha8Rng::seed_from_u64(scramble(seed ^ scramble(AGENT_SALT)))
 }
 
@@ -45,19 +48,19 @@ fn scramble(value: u64) -> u64 {
 }
 
 /// A number in [0, 1).
-pub fn uniform(rng: &mut ChaCha8Rng) -> f64 {
+pub fn uniform(rng: &mut StreamRng) -> f64 {
     rng.random::<f64>()
 }
 
 /// A whole number in 0..`count`.
-pub fn below(count: usize, rng: &mut ChaCha8Rng) -> usize {
+pub fn below(count: usize, rng: &mut StreamRng) -> usize {
     rng.random_range(0..count)
 }
 
 /// Two independent standard normal numbers, by the transform of Box & Muller (1958).
 ///
 /// Written out because library samplers call the system's `exp` and `ln`, whose last bit differs between machines.
-pub fn normal_pair(rng: &mut ChaCha8Rng) -> (f64, f64) {
+pub fn normal_pair(rng: &mut StreamRng) -> (f64, f64) {
     let radius = (-2.0 * math::ln(1.0 - uniform(rng))).sqrt();
     let (sin, cos) = math::sin_cos(std::f64::consts::TAU * uniform(rng));
     (radius * cos, radius * sin)

@@ -48,7 +48,7 @@ struct State {
     pose: Pose,
     path_m: f64,
     looks: u64,
-    unseen: CellSet,
+    unseen: Vec<u64>,
     /// Detection number and weed of each known weed.
     known: Vec<(u32, u32)>,
     detected: u32,
@@ -70,7 +70,7 @@ impl Env {
             pose: self.mower.pose(),
             path_m: self.mower.path_m(),
             looks: self.mower.looks(),
-            unseen: self.belief.unseen_cells().clone(),
+            unseen: self.belief.unseen_cells().words().to_vec(),
             known: self.belief.known_pairs().collect(),
             detected: self.belief.detected(),
             episode: self.episode,
@@ -96,12 +96,16 @@ impl Env {
             return Err(SnapshotError::Scenario);
         }
         self.check(&state)?;
+        let unseen =
+            CellSet::from_words(self.belief.ground().grid(), state.unseen).ok_or_else(|| {
+                SnapshotError::Damaged { got: "ground of another pasture".to_owned() }
+            })?;
         self.seed = state.seed;
         self.episodes = state.episodes;
         let positions = state.weeds_m.iter().map(|&(x_m, y_m)| Point::new(x_m, y_m)).collect();
         self.weeds.restore(positions, state.is_detected, state.is_mowed);
         self.mower = Mower::restore(state.pose, state.path_m, state.looks);
-        self.belief.restore(state.unseen, &state.known, state.detected, &self.weeds);
+        self.belief.restore(unseen, &state.known, state.detected, &self.weeds);
         self.episode = state.episode;
         Ok(())
     }
@@ -128,7 +132,6 @@ impl Env {
                 [x_m, y_m, heading_rad, state.path_m].iter().all(|v| v.is_finite())
                     && state.path_m >= 0.0,
             ),
-            ("ground of another pasture", state.unseen.fits(self.belief.ground().grid())),
             ("known weeds out of order", state.known.is_sorted_by(|a, b| a.0 < b.0)),
         ];
         for (got, holds) in rules {

@@ -9,7 +9,7 @@ mod triangle;
 
 pub use arc::Arc;
 pub use dubins::{DubinsPath, PathError, Segment, Word, boustrophedon_length, shortest};
-pub use footprint::Footprint;
+pub use footprint::{Footprint, Limits, Side};
 pub use pose::Pose;
 pub use sweep::BarSweep;
 pub use triangle::Triangle;

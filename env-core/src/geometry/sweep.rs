@@ -1,6 +1,6 @@
 //! The ground that the implement passes over while the mower follows an arc.
 
-use super::{Arc, Footprint, Point, Pose};
+use super::{Arc, Footprint, Limits, Point, Pose, Side};
 use crate::math;
 
 /// How far outside the bar a point still counts as mowed, metres.
@@ -15,7 +15,8 @@ pub struct BarSweep {
     end: Frame,
     curvature_per_m: f64,
     half_width_m: f64,
-    bulge_m: f64,
+    y_range: (f64, f64),
+    limits: Limits,
 }
 
 /// A pose with the sine and cosine of its heading.
@@ -58,22 +59,20 @@ impl BarSweep {
         let k = arc.curvature_per_m.abs();
         let bulge_m =
             (k + half_width_m * k * k) * arc.length_m * arc.length_m / 8.0 + 2.0 * BORDER_M;
-        Self {
-            start: Frame::new(arc.start),
-            end: Frame::new(arc.end()),
-            curvature_per_m: arc.curvature_per_m,
-            half_width_m,
-            bulge_m,
-        }
-    }
-
-    /// The four ends of the two bars along one axis, as lowest and highest value.
-    fn extent(&self, at_start: f64, at_end: f64, across_start: f64, across_end: f64) -> (f64, f64) {
-        let (start_half, end_half) =
-            (self.half_width_m * across_start.abs(), self.half_width_m * across_end.abs());
-        let low = (at_start - start_half).min(at_end - end_half);
-        let high = (at_start + start_half).max(at_end + end_half);
-        (low - self.bulge_m, high + self.bulge_m)
+        let (start, end) = (Frame::new(arc.start), Frame::new(arc.end()));
+        // The four ends of the two bars along one axis, as lowest and highest value.
+        let extent = |at_start: f64, at_end: f64, across_start: f64, across_end: f64| {
+            let (start_half_m, end_half_m) =
+                (half_width_m * across_start.abs(), half_width_m * across_end.abs());
+            let low_m = (at_start - start_half_m).min(at_end - end_half_m);
+            let high_m = (at_start + start_half_m).max(at_end + end_half_m);
+            (low_m - bulge_m, high_m + bulge_m)
+        };
+        let y_range = extent(start.y, end.y, start.cos, end.cos);
+        let (left_m, right_m) = extent(start.x, end.x, start.sin, end.sin);
+        let limits =
+            Limits { lower: [Side::upright(left_m); 2], upper: [Side::upright(right_m); 2] };
+        Self { start, end, curvature_per_m: arc.curvature_per_m, half_width_m, y_range, limits }
     }
 }
 
@@ -96,12 +95,14 @@ impl Footprint for BarSweep {
         ahead <= BORDER_M && past_end >= -BORDER_M && 1.0 + rho <= k.abs() * reach_m
     }
 
+    #[inline]
     fn y_range(&self) -> (f64, f64) {
-        self.extent(self.start.y, self.end.y, self.start.cos, self.end.cos)
+        self.y_range
     }
 
-    fn x_range(&self, _y_from: f64, _y_to: f64) -> (f64, f64) {
-        self.extent(self.start.x, self.end.x, self.start.sin, self.end.sin)
+    #[inline]
+    fn limits(&self) -> &Limits {
+        &self.limits
     }
 }
 

@@ -1,6 +1,6 @@
 //! The detection triangle.
 
-use super::{Footprint, Point, Pose};
+use super::{Footprint, Limits, Point, Pose, Side};
 
 /// How far outside a border a point still counts as inside, metres: it settles ties that rounding would decide.
 const BORDER_M: f64 = 1e-9;
@@ -14,6 +14,8 @@ pub struct Triangle {
     sin: f64,
     range_m: f64,
     half_width_per_m: f64,
+    y_range: (f64, f64),
+    limits: Limits,
 }
 
 impl Triangle {
@@ -21,13 +23,32 @@ impl Triangle {
     #[must_use]
     pub fn new(pose: Pose, range_m: f64, width_m: f64) -> Self {
         let (sin, cos) = crate::math::sin_cos(pose.heading_rad);
-        Self {
-            apex: pose.position(),
-            cos,
-            sin,
-            range_m,
-            half_width_per_m: width_m / (2.0 * range_m),
+        let m = width_m / (2.0 * range_m);
+        let apex = pose.position();
+        // Half-planes gx x + gy y <= h from the apex: the far side, the left one and the right one.
+        let half_planes = [
+            (cos, sin, range_m + BORDER_M),
+            (-sin - m * cos, cos - m * sin, BORDER_M),
+            (sin - m * cos, -cos - m * sin, BORDER_M),
+        ];
+        // Of three sides at most two face the same way; one that runs along x limits y only, which the range of y does already.
+        let mut limits = Limits {
+            lower: [Side::upright(f64::NEG_INFINITY); 2],
+            upper: [Side::upright(f64::INFINITY); 2],
+        };
+        let (mut lower, mut upper) = (limits.lower.iter_mut(), limits.upper.iter_mut());
+        for (gx, gy, h) in half_planes {
+            if gx.abs() > 1e-9 {
+                let facing = if gx > 0.0 { upper.next() } else { lower.next() };
+                let slope = -gy / gx;
+                *facing.expect("the sides of a triangle do not all face one way") =
+                    Side { x_at_0_m: h / gx + apex.x - slope * apex.y, slope };
+            }
         }
+        let (far, half) = (range_m * sin, range_m * m * cos);
+        let (a, b) = (far + half, far - half);
+        let y_range = (apex.y + a.min(b).min(0.0), apex.y + a.max(b).max(0.0));
+        Self { apex, cos, sin, range_m, half_width_per_m: m, y_range, limits }
     }
 
     /// Forward and left offset of a point, metres.
@@ -35,48 +56,23 @@ impl Triangle {
         let (dx, dy) = (point.x - self.apex.x, point.y - self.apex.y);
         (self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx)
     }
-
-    /// The three sides as half-planes `gx x + gy y <= h` in a frame that starts at the apex.
-    fn sides(&self) -> [(f64, f64, f64); 3] {
-        let m = self.half_width_per_m;
-        [
-            (self.cos, self.sin, self.range_m + BORDER_M),
-            (-self.sin - m * self.cos, self.cos - m * self.sin, BORDER_M),
-            (self.sin - m * self.cos, -self.cos - m * self.sin, BORDER_M),
-        ]
-    }
 }
 
 impl Footprint for Triangle {
+    #[inline]
     fn contains(&self, point: Point) -> bool {
         let (ahead, left) = self.in_mower(point);
         ahead <= self.range_m + BORDER_M && left.abs() <= ahead * self.half_width_per_m + BORDER_M
     }
 
+    #[inline]
     fn y_range(&self) -> (f64, f64) {
-        let far = self.range_m * self.sin;
-        let half = self.range_m * self.half_width_per_m * self.cos;
-        let (a, b) = (far + half, far - half);
-        (self.apex.y + a.min(b).min(0.0), self.apex.y + a.max(b).max(0.0))
+        self.y_range
     }
 
     #[inline]
-    fn x_range(&self, y_from: f64, y_to: f64) -> (f64, f64) {
-        let (y_from, y_to) = (y_from - self.apex.y, y_to - self.apex.y);
-        let (mut low, mut high) = (
-            -self.range_m - self.half_width_per_m * self.range_m,
-            self.range_m + self.half_width_per_m * self.range_m,
-        );
-        for (gx, gy, h) in self.sides() {
-            // The weaker of the side's two limits over the strip, so that the range never loses a point.
-            let rest = (h - gy * y_from).max(h - gy * y_to);
-            if gx > 1e-9 {
-                high = high.min(rest / gx);
-            } else if gx < -1e-9 {
-                low = low.max(rest / gx);
-            }
-        }
-        (self.apex.x + low, self.apex.x + high)
+    fn limits(&self) -> &Limits {
+        &self.limits
     }
 }
 
@@ -107,8 +103,15 @@ mod tests {
                     let point = Point::new(3.0 + f64::from(i) * 0.1, -2.0 + f64::from(j) * 0.1);
                     if triangle.contains(point) {
                         assert!(bottom - 1e-6 <= point.y && point.y <= top + 1e-6, "{point}");
-                        let (low, high) = triangle.x_range(point.y, point.y);
-                        assert!(low - 1e-6 <= point.x && point.x <= high + 1e-6, "{point}");
+                        let at = |side: &Side| side.x_at_0_m + side.slope * point.y;
+                        assert!(
+                            triangle.limits().lower.iter().all(|side| at(side) - 1e-6 <= point.x),
+                            "{point}"
+                        );
+                        assert!(
+                            triangle.limits().upper.iter().all(|side| point.x <= at(side) + 1e-6),
+                            "{point}"
+                        );
                     }
                 }
             }

@@ -3,7 +3,7 @@
 mod placement;
 
 use crate::geometry::{Footprint, Point};
-use crate::grid::{CellSet, Grid, Reach, Stripe};
+use crate::grid::{CellSet, Grid, Reach};
 
 pub use placement::draw;
 
@@ -114,22 +114,20 @@ impl Weeds {
         mowed.clear();
         let Self { grid, positions, is_mowed, by_cell, columns, row_start, unmowed_cells, .. } =
             self;
-        grid.for_each_stripe(footprint, Reach::Touch, |stripe: Stripe| {
-            unmowed_cells.remove_in(grid, stripe, |column, row| {
-                let mut is_cleared = true;
-                for &weed in in_cell(by_cell, columns, row_start, column, row) {
-                    if is_mowed[weed as usize] {
-                        continue;
-                    }
-                    if footprint.contains(positions[weed as usize]) {
-                        is_mowed[weed as usize] = true;
-                        mowed.push(weed);
-                    } else {
-                        is_cleared = false;
-                    }
+        unmowed_cells.remove_where(grid, footprint, Reach::Touch, |column, row| {
+            let mut is_cleared = true;
+            for &weed in in_cell(by_cell, columns, row_start, column, row) {
+                if is_mowed[weed as usize] {
+                    continue;
                 }
-                is_cleared
-            });
+                if footprint.contains(positions[weed as usize]) {
+                    is_mowed[weed as usize] = true;
+                    mowed.push(weed);
+                } else {
+                    is_cleared = false;
+                }
+            }
+            is_cleared
         });
         mowed.sort_unstable();
     }
@@ -148,22 +146,20 @@ impl Weeds {
             undetected_cells,
             ..
         } = self;
-        grid.for_each_stripe(footprint, Reach::Touch, |stripe: Stripe| {
-            undetected_cells.remove_in(grid, stripe, |column, row| {
-                let mut is_cleared = true;
-                for &weed in in_cell(by_cell, columns, row_start, column, row) {
-                    if is_mowed[weed as usize] || is_detected[weed as usize] {
-                        continue;
-                    }
-                    if footprint.contains(positions[weed as usize]) {
-                        is_detected[weed as usize] = true;
-                        detected.push(weed);
-                    } else {
-                        is_cleared = false;
-                    }
+        undetected_cells.remove_where(grid, footprint, Reach::Touch, |column, row| {
+            let mut is_cleared = true;
+            for &weed in in_cell(by_cell, columns, row_start, column, row) {
+                if is_mowed[weed as usize] || is_detected[weed as usize] {
+                    continue;
                 }
-                is_cleared
-            });
+                if footprint.contains(positions[weed as usize]) {
+                    is_detected[weed as usize] = true;
+                    detected.push(weed);
+                } else {
+                    is_cleared = false;
+                }
+            }
+            is_cleared
         });
         detected.sort_unstable();
     }

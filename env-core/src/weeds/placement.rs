@@ -1,11 +1,9 @@
 //! Where weeds grow.
 
-use rand_chacha::ChaCha8Rng;
-
 use crate::config::{Distribution, PastureConfig, WeedsConfig};
 use crate::geometry::Point;
 use crate::math::floor_index;
-use crate::rng::{below, normal_pair, uniform};
+use crate::rng::{StreamRng, below, normal_pair, uniform};
 
 /// Writes the weeds of one episode to `weeds`: those of the scenario if it gives them, else a draw.
 ///
@@ -16,7 +14,7 @@ pub fn draw(
     config: &WeedsConfig,
     pasture: &PastureConfig,
     weeds: &mut Vec<Point>,
-    rng: &mut ChaCha8Rng,
+    rng: &mut StreamRng,
 ) {
     weeds.clear();
     if let Some(positions_m) = &config.positions_m {

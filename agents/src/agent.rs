@@ -1,0 +1,45 @@
+//! What every agent is.
+
+use swath_core::action::Command;
+use swath_core::geometry::Pose;
+use swath_core::site::Site;
+use swath_core::view::View;
+
+/// Longest piece that a planner drives before it looks at the world again, metres: the spacing of the sensor's looks.
+pub const PIECE_M: f64 = swath_core::mower::LOOK_SPACING_M;
+
+/// What an agent answers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Decision {
+    /// Drive on.
+    Drive(Command),
+    /// The agent's own stop rule: it considers the job done.
+    Done,
+    /// The agent's safety cap: it would go on for ever.
+    Capped,
+}
+
+/// A planner or policy: a state machine that is asked at every step and may be stopped at any.
+///
+/// It sees [`View`] and nothing else. A command may be cut short by the world (a control period, a budget), so an agent
+/// goes by `view.path_m` and `view.pose`, never by what it asked for.
+pub trait Agent: Send {
+    /// Where the agent would like to start, if not where the scenario says. Only the native runner honours it.
+    fn start(&self, _site: &Site) -> Option<Pose> {
+        None
+    }
+
+    /// Forgets the last episode; `view` is the beginning of the next.
+    fn reset(&mut self, view: &View);
+
+    /// The next move. After anything but [`Decision::Drive`] the episode is over.
+    fn act(&mut self, view: &View) -> Decision;
+}
+
+/// Path length at which a planner gives up: 20 km, or ten boustrophedon paths on a large pasture.
+///
+/// The paper names no cap; its planners end long before this one on every pasture tried (`make paper` counts).
+#[must_use]
+pub fn safety_cap_m(site: &Site) -> f64 {
+    (10.0 * site.bcp_length_m).max(20_000.0)
+}

@@ -1,0 +1,161 @@
+//! Every agent by its name, with its options.
+
+use std::fmt;
+use std::str::FromStr;
+
+use schemars::JsonSchema;
+use swath_core::config::{ConfigError, from_table};
+use toml::{Table, Value};
+
+use crate::agent::Agent;
+use crate::routing::{Bcp, BcpOptions, BcpTsp, Jump, React, Snake};
+
+/// An agent of the registry: its name, and what it does in one line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Entry {
+    /// The name in commands and result files.
+    pub name: &'static str,
+    /// What it does.
+    pub about: &'static str,
+    /// Whether its own choices are random.
+    pub is_random: bool,
+}
+
+/// Every agent, in the order in which tables list them.
+pub const AGENTS: [Entry; 6] = [
+    Entry {
+        name: "bcp",
+        about: "boustrophedon path over everything; option spacing = deck | sensor",
+        is_random: false,
+    },
+    Entry {
+        name: "bcp-tsp",
+        about: "search sweep, then a tour through the weeds it found",
+        is_random: false,
+    },
+    Entry {
+        name: "react",
+        about: "random search; weeds in the order of their detection",
+        is_random: true,
+    },
+    Entry {
+        name: "jump",
+        about: "JUMP: passes with detours to weeds above, spring spacing",
+        is_random: false,
+    },
+    Entry {
+        name: "snake",
+        about: "SNAKE: passes that wriggle from weed to weed",
+        is_random: false,
+    },
+    Entry {
+        name: "r-snake",
+        about: "R-SNAKE: SNAKE that leaves weeds far below behind",
+        is_random: false,
+    },
+];
+
+/// An agent's name and options, checked: `bcp`, `bcp:spacing=sensor`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct AgentSpec {
+    label: String,
+    build: Build,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Build {
+    Bcp(BcpOptions),
+    BcpTsp,
+    React,
+    Jump,
+    Snake,
+    RSnake,
+}
+
+/// The options of an agent that has none.
+#[derive(Debug, Clone, Copy, Default, serde::Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+struct NoOptions {}
+
+impl AgentSpec {
+    /// The agent called `name` with `options`.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] naming an unknown agent, option or value.
+    pub fn new(name: &str, options: Table) -> Result<Self, ConfigError> {
+        let label = label(name, &options);
+        let prefix = format!("{name}.");
+        let build = match name {
+            "bcp" => Build::Bcp(from_table(options, &prefix)?),
+            "bcp-tsp" => plain(options, &prefix, Build::BcpTsp)?,
+            "react" => plain(options, &prefix, Build::React)?,
+            "jump" => plain(options, &prefix, Build::Jump)?,
+            "snake" => plain(options, &prefix, Build::Snake)?,
+            "r-snake" => plain(options, &prefix, Build::RSnake)?,
+            _ => {
+                let names = AGENTS.map(|entry| entry.name).join(", ");
+                return Err(ConfigError::value(
+                    "agent",
+                    format!("one of {names}"),
+                    format!("`{name}`"),
+                ));
+            }
+        };
+        Ok(Self { label, build })
+    }
+
+    /// A fresh agent; `seed` is for its own choices, if it makes any at random.
+    #[must_use]
+    pub fn build(&self, seed: u64) -> Box<dyn Agent> {
+        match self.build {
+            Build::Bcp(options) => Box::new(Bcp::new(options)),
+            Build::BcpTsp => Box::new(BcpTsp::new()),
+            Build::React => Box::new(React::new(seed)),
+            Build::Jump => Box::new(Jump::new()),
+            Build::Snake => Box::new(Snake::new()),
+            Build::RSnake => Box::new(Snake::restricted()),
+        }
+    }
+}
+
+/// An agent without options.
+fn plain(options: Table, prefix: &str, build: Build) -> Result<Build, ConfigError> {
+    from_table::<NoOptions>(options, prefix).map(|_| build)
+}
+
+fn label(name: &str, options: &Table) -> String {
+    options.iter().fold(name.to_owned(), |label, (key, value)| {
+        let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        format!("{label}:{key}={value}")
+    })
+}
+
+impl fmt::Display for AgentSpec {
+    fn fmt(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str(&self.label)
+    }
+}
+
+/// Reads `name` or `name:key=value:key=value`.
+impl FromStr for AgentSpec {
+    type Err = ConfigError;
+
+    fn from_str(text: &str) -> Result<Self, ConfigError> {
+        let mut parts = text.trim().split(':');
+        let name = parts.next().unwrap_or_default();
+        let mut options = Table::new();
+        for part in parts {
+            let Some((key, value)) = part.split_once('=') else {
+                return Err(ConfigError::value(
+                    "agent",
+                    "written `name` or `name:option=value`",
+                    format!("`{text}`"),
+                ));
+            };
+            let value = value.parse::<Value>().unwrap_or_else(|_| Value::String(value.to_owned()));
+            options.insert(key.to_owned(), value);
+        }
+        Self::new(name, options)
+    }
+}

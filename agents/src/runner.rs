@@ -1,0 +1,84 @@
+//! One episode, from reset to the agent's own stop.
+
+use swath_core::config::ValidScenario;
+use swath_core::env::{Beginning, Env, Summary};
+use swath_core::episode::{End, Outcome};
+use swath_core::geometry::Point;
+use swath_core::weeds::Weeds;
+
+use crate::agent::{Agent, Decision};
+use crate::registry::AgentSpec;
+use crate::trajectory::Trajectory;
+
+/// Decisions in a row that move nothing after which an agent is broken.
+const MOTIONLESS_DECISIONS: u32 = 10_000;
+
+/// An episode that is over.
+#[derive(Debug, Clone)]
+pub struct EpisodeResult {
+    /// Its numbers.
+    pub summary: Summary,
+    /// Why it ended.
+    pub outcome: Outcome,
+    /// The path that the mower took.
+    pub trajectory: Trajectory,
+    /// The weeds, and which of them were detected and mowed.
+    pub weeds: Weeds,
+}
+
+/// Runs an agent on the instance `seed` of a scenario until it stops, whatever budget and goal the scenario has.
+///
+/// `weeds` replaces the instance's own weeds; world frame, metres.
+#[must_use]
+pub fn run_episode(
+    scenario: &ValidScenario,
+    agent: &AgentSpec,
+    seed: u64,
+    weeds: Option<&[Point]>,
+) -> EpisodeResult {
+    let mut env = Env::new(scenario);
+    let mut agent = agent.build(seed);
+    let mut trajectory = Trajectory::default();
+    let outcome = run(&mut env, agent.as_mut(), seed, weeds, |motion| trajectory.push(motion));
+    EpisodeResult { summary: env.summary(), outcome, trajectory, weeds: env.weeds().clone() }
+}
+
+/// Runs an agent on the instance `seed` of a scenario and keeps its numbers only.
+#[must_use]
+pub fn run_summary(scenario: &ValidScenario, agent: &AgentSpec, seed: u64) -> (Summary, Outcome) {
+    let mut env = Env::new(scenario);
+    let outcome = run(&mut env, agent.build(seed).as_mut(), seed, None, |_| ());
+    (env.summary(), outcome)
+}
+
+fn run(
+    env: &mut Env,
+    agent: &mut dyn Agent,
+    seed: u64,
+    weeds: Option<&[Point]>,
+    mut record: impl FnMut(swath_core::geometry::Arc),
+) -> Outcome {
+    env.lift_limits();
+    env.reset_from(seed, Beginning { weeds, start: agent.start(env.site()) });
+    agent.reset(&env.view());
+    let mut motionless = 0;
+    loop {
+        let command = match agent.act(&env.view()) {
+            Decision::Drive(command) => command,
+            Decision::Done => return Outcome::Done,
+            Decision::Capped => return Outcome::Capped,
+        };
+        let start = env.view().pose;
+        let step = env.drive(command).expect("planners give commands that the mower can drive");
+        record(swath_core::geometry::Arc {
+            start,
+            curvature_per_m: command.curvature_per_m,
+            length_m: step.distance_m,
+        });
+        motionless = if step.distance_m > 0.0 { 0 } else { motionless + 1 };
+        assert!(motionless < MOTIONLESS_DECISIONS, "an agent must move or stop");
+        if let End::Terminated(outcome) | End::Truncated(outcome) = step.end {
+            return outcome;
+        }
+    }
+}
