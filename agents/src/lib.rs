@@ -6,6 +6,7 @@
 //! | [`route`], [`line`], [`tour`] | what planners are built from: a path being driven, a straight being held, an order of visits |
 //! | [`routing`] | the planners of the mower routing problem, Maini, Gonultas & Isler (2022) |
 //! | [`registry`] | every agent by its name, with its options |
+//! | [`tracker`] | a planner followed by a mower that is told one curvature a control period |
 //! | [`runner`], [`trajectory`] | one episode from reset to the agent's own stop, and the path it took |
 //!
 //! ```
@@ -27,4 +28,5 @@ pub mod route;
 pub mod routing;
 pub mod runner;
 pub mod tour;
+pub mod tracker;
 pub mod trajectory;

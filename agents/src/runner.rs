@@ -3,7 +3,7 @@
 use swath_core::config::ValidScenario;
 use swath_core::env::{Beginning, Env, Summary};
 use swath_core::episode::{End, Outcome};
-use swath_core::geometry::Point;
+use swath_core::geometry::{Arc, Point};
 use swath_core::weeds::Weeds;
 
 use crate::agent::{Agent, Decision};
@@ -39,7 +39,8 @@ pub fn run_episode(
     let mut env = Env::new(scenario);
     let mut agent = agent.build(seed);
     let mut trajectory = Trajectory::default();
-    let outcome = run(&mut env, agent.as_mut(), seed, weeds, |motion| trajectory.push(motion));
+    let outcome =
+        run_agent(&mut env, agent.as_mut(), seed, weeds, |motion| trajectory.push(motion));
     EpisodeResult { summary: env.summary(), outcome, trajectory, weeds: env.weeds().clone() }
 }
 
@@ -47,16 +48,17 @@ pub fn run_episode(
 #[must_use]
 pub fn run_summary(scenario: &ValidScenario, agent: &AgentSpec, seed: u64) -> (Summary, Outcome) {
     let mut env = Env::new(scenario);
-    let outcome = run(&mut env, agent.build(seed).as_mut(), seed, None, |_| ());
+    let outcome = run_agent(&mut env, agent.build(seed).as_mut(), seed, None, |_| ());
     (env.summary(), outcome)
 }
 
-fn run(
+/// Runs an agent on the instance `seed` of a fresh environment until it stops; `record` is told every arc driven.
+pub fn run_agent(
     env: &mut Env,
     agent: &mut dyn Agent,
     seed: u64,
     weeds: Option<&[Point]>,
-    mut record: impl FnMut(swath_core::geometry::Arc),
+    mut record: impl FnMut(Arc),
 ) -> Outcome {
     env.lift_limits();
     env.reset_from(seed, Beginning { weeds, start: agent.start(env.site()) });
@@ -70,11 +72,7 @@ fn run(
         };
         let start = env.view().pose;
         let step = env.drive(command).expect("planners give commands that the mower can drive");
-        record(swath_core::geometry::Arc {
-            start,
-            curvature_per_m: command.curvature_per_m,
-            length_m: step.distance_m,
-        });
+        record(Arc { start, curvature_per_m: command.curvature_per_m, length_m: step.distance_m });
         motionless = if step.distance_m > 0.0 { 0 } else { motionless + 1 };
         assert!(motionless < MOTIONLESS_DECISIONS, "an agent must move or stop");
         if let End::Terminated(outcome) | End::Truncated(outcome) = step.end {

@@ -24,7 +24,7 @@ impl Trajectory {
             Some(last)
                 if (last.curvature_per_m - arc.curvature_per_m).abs() < SAME_CURVATURE_PER_M =>
             {
-                last.length_m += arc.length_m
+                last.length_m += arc.length_m;
             }
             _ => self.arcs.push(arc),
         }

@@ -3,18 +3,10 @@
 use crate::deck::Cut;
 use crate::geometry::{Footprint, Point};
 use crate::grid::{CellSet, Grid, Reach};
+use crate::known::{KnownWeed, KnownWeeds};
 use crate::math;
 use crate::sensor::Percept;
 use crate::weeds::Weeds;
-
-/// A weed that was detected and not yet mowed.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct KnownWeed {
-    /// Order of detection, from 0. It says nothing about weeds that were not detected.
-    pub number: u32,
-    /// World frame, metres.
-    pub position: Point,
-}
 
 /// Which cells of the pasture have been seen: their centre was inside the triangle at a look, or under the bar.
 #[derive(Debug, Clone)]
@@ -91,17 +83,24 @@ impl SeenGround {
 #[derive(Debug, Clone)]
 pub struct Belief {
     ground: SeenGround,
-    known: Vec<KnownWeed>,
-    /// For each known weed, its number in the pasture: the link that only the environment follows.
-    known_as: Vec<u32>,
-    detected: u32,
+    known: KnownWeeds,
+    /// For each detection the weed's number in the pasture, and the other way round: the link that only the environment
+    /// follows.
+    weed_of: Vec<u32>,
+    number_of: Vec<Option<u32>>,
 }
 
 impl Belief {
     /// A mower that knows nothing yet.
     #[must_use]
     pub fn new(grid: Grid) -> Self {
-        Self { ground: SeenGround::new(grid), known: Vec::new(), known_as: Vec::new(), detected: 0 }
+        let (length_m, width_m) = grid.size_m();
+        Self {
+            ground: SeenGround::new(grid),
+            known: KnownWeeds::none(length_m, width_m),
+            weed_of: Vec::new(),
+            number_of: Vec::new(),
+        }
     }
 
     /// Forgets everything.
@@ -110,36 +109,48 @@ impl Belief {
         self.ground.unseen.fill(&grid);
         self.ground.unseen_count = grid.cells();
         self.known.clear();
-        self.known_as.clear();
-        self.detected = 0;
+        self.weed_of.clear();
+        self.number_of.clear();
     }
 
-    /// Puts a belief back: `known` are pairs of detection number and weed.
-    pub(crate) fn restore(
-        &mut self,
-        unseen: CellSet,
-        known: &[(u32, u32)],
-        detected: u32,
-        weeds: &Weeds,
-    ) {
+    /// Puts a belief back; `weed_of` lists the weeds in the order of their detection.
+    pub(crate) fn restore(&mut self, unseen: CellSet, weed_of: Vec<u32>, weeds: &Weeds) {
         self.ground.unseen_count = unseen.len();
         self.ground.unseen = unseen;
-        self.known = known
-            .iter()
-            .map(|&(number, weed)| KnownWeed { number, position: weeds.positions()[weed as usize] })
-            .collect();
-        self.known_as = known.iter().map(|&(_, weed)| weed).collect();
-        self.detected = detected;
+        self.known.clear();
+        self.weed_of.clear();
+        self.number_of.clear();
+        for weed in weed_of {
+            self.note(weed, weeds);
+            if weeds.is_mowed()[weed as usize] {
+                self.strike_out(weed);
+            }
+        }
+    }
+
+    /// Adds a weed just detected.
+    fn note(&mut self, weed: u32, weeds: &Weeds) {
+        let number = self.detected();
+        self.known.add(KnownWeed { number, position: weeds.positions()[weed as usize] });
+        self.weed_of.push(weed);
+        if self.number_of.len() <= weed as usize {
+            self.number_of.resize(weeds.positions().len(), None);
+        }
+        self.number_of[weed as usize] = Some(number);
+    }
+
+    /// Removes a weed just mowed, if it was known.
+    fn strike_out(&mut self, weed: u32) {
+        if let Some(number) = self.number_of.get(weed as usize).copied().flatten() {
+            self.known.remove(number);
+        }
     }
 
     /// Strikes out mowed weeds; the ground under the bar counts as seen.
     pub fn absorb_cut(&mut self, cut: &Cut) {
         self.ground.absorb(&cut.sweep);
-        for weed in cut.mowed {
-            if let Some(index) = self.known_as.iter().position(|known| known == weed) {
-                self.known.remove(index);
-                self.known_as.remove(index);
-            }
+        for &weed in cut.mowed {
+            self.strike_out(weed);
         }
     }
 
@@ -147,12 +158,7 @@ impl Belief {
     pub fn absorb_percept(&mut self, percept: &Percept, weeds: &Weeds) {
         self.ground.absorb(&percept.footprint);
         for &weed in percept.detected {
-            self.known.push(KnownWeed {
-                number: self.detected,
-                position: weeds.positions()[weed as usize],
-            });
-            self.known_as.push(weed);
-            self.detected += 1;
+            self.note(weed, weeds);
         }
     }
 
@@ -164,21 +170,21 @@ impl Belief {
 
     /// Weeds detected and not yet mowed, in the order of detection.
     #[must_use]
-    pub fn known(&self) -> &[KnownWeed] {
+    pub fn known(&self) -> &KnownWeeds {
         &self.known
     }
 
     /// Number of weeds ever detected.
     #[must_use]
     pub fn detected(&self) -> u32 {
-        self.detected
+        u32::try_from(self.weed_of.len()).expect("a scenario holds at most ten million weeds")
     }
 
     pub(crate) fn unseen_cells(&self) -> &CellSet {
         &self.ground.unseen
     }
 
-    pub(crate) fn known_pairs(&self) -> impl Iterator<Item = (u32, u32)> {
-        self.known.iter().map(|weed| weed.number).zip(self.known_as.iter().copied())
+    pub(crate) fn weed_of(&self) -> &[u32] {
+        &self.weed_of
     }
 }

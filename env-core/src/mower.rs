@@ -36,6 +36,11 @@ impl Mower {
         Self { pose, path_m: 0.0, looks: 1 }
     }
 
+    /// Whether a mower that has come `path_m` has taken `looks` looks, one more or less for rounding.
+    pub(crate) fn looks_fit(path_m: f64, looks: u64) -> bool {
+        path_m >= 0.0 && (path_m / LOOK_SPACING_M + 1.0 - looks as f64).abs() <= 1.0 + LOOK_SLACK_M
+    }
+
     pub(crate) fn restore(pose: Pose, path_m: f64, looks: u64) -> Self {
         Self { pose, path_m, looks }
     }

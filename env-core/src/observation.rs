@@ -2,9 +2,9 @@
 
 use std::f64::consts::TAU;
 
-use crate::belief::KnownWeed;
 use crate::config::ValidScenario;
 use crate::geometry::Point;
+use crate::known::KnownWeed;
 use crate::math;
 use crate::view::View;
 
@@ -115,7 +115,7 @@ impl FeatureEncoder {
         ego[6] = share(known / (known + listed as f64));
 
         weeds.fill(0.0);
-        let found = view.nearest_known(&mut self.nearest);
+        let found = view.known_weeds.nearest(pose.position(), &mut self.nearest);
         let scale_m = site.length_m + site.width_m;
         for ((_, weed), row) in self.nearest[..found].iter().zip(weeds.chunks_exact_mut(3)) {
             let offset = weed.position - pose.position();

@@ -1,7 +1,8 @@
 //! The fairness line: all that an agent may know.
 
-use crate::belief::{Belief, KnownWeed, SeenGround};
+use crate::belief::{Belief, SeenGround};
 use crate::geometry::Pose;
+use crate::known::KnownWeeds;
 use crate::mower::Mower;
 use crate::site::Site;
 
@@ -18,7 +19,7 @@ pub struct View<'a> {
     /// Way driven since reset, metres.
     pub path_m: f64,
     /// Weeds detected and not yet mowed, in the order of detection.
-    pub known_weeds: &'a [KnownWeed],
+    pub known_weeds: &'a KnownWeeds,
     /// Number of weeds ever detected.
     pub weeds_detected: u32,
     /// The ground seen so far.
@@ -37,25 +38,5 @@ impl<'a> View<'a> {
             weeds_detected: belief.detected(),
             ground: belief.ground(),
         }
-    }
-
-    /// Writes the known weeds nearest to the mower to `nearest` with their squared distances, nearest first, ties by order of
-    /// detection; returns how many.
-    pub fn nearest_known(&self, nearest: &mut [(f64, KnownWeed)]) -> usize {
-        let mut count = 0;
-        for &weed in self.known_weeds {
-            let distance_m2 = (weed.position - self.pose.position()).norm_squared();
-            let mut place = count;
-            while place > 0 && distance_m2 < nearest[place - 1].0 {
-                place -= 1;
-            }
-            if place == nearest.len() {
-                continue;
-            }
-            count = (count + 1).min(nearest.len());
-            nearest[place..count].rotate_right(1);
-            nearest[place] = (distance_m2, weed);
-        }
-        count
     }
 }

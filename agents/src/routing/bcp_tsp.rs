@@ -1,7 +1,7 @@
 //! `bcp-tsp`: look first, then tour.
 
-use swath_core::belief::KnownWeed;
 use swath_core::geometry::{Point, Pose};
+use swath_core::known::KnownWeed;
 use swath_core::site::Site;
 use swath_core::view::View;
 

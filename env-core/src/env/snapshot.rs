@@ -43,15 +43,13 @@ struct State {
     seed: u64,
     episodes: u64,
     weeds_m: Vec<(f64, f64)>,
-    is_detected: Vec<bool>,
     is_mowed: Vec<bool>,
     pose: Pose,
     path_m: f64,
     looks: u64,
     unseen: Vec<u64>,
-    /// Detection number and weed of each known weed.
-    known: Vec<(u32, u32)>,
-    detected: u32,
+    /// The weeds in the order of their detection.
+    weed_of: Vec<u32>,
     episode: Episode,
 }
 
@@ -65,14 +63,12 @@ impl Env {
             seed: self.seed,
             episodes: self.episodes,
             weeds_m: self.weeds.positions().iter().map(|weed| (weed.x, weed.y)).collect(),
-            is_detected: self.weeds.is_detected().to_vec(),
             is_mowed: self.weeds.is_mowed().to_vec(),
             pose: self.mower.pose(),
             path_m: self.mower.path_m(),
             looks: self.mower.looks(),
             unseen: self.belief.unseen_cells().words().to_vec(),
-            known: self.belief.known_pairs().collect(),
-            detected: self.belief.detected(),
+            weed_of: self.belief.weed_of().to_vec(),
             episode: self.episode,
         };
         postcard::to_allocvec(&state).expect("a state in memory can be written to memory")
@@ -103,48 +99,32 @@ impl Env {
         self.seed = state.seed;
         self.episodes = state.episodes;
         let positions = state.weeds_m.iter().map(|&(x_m, y_m)| Point::new(x_m, y_m)).collect();
-        self.weeds.restore(positions, state.is_detected, state.is_mowed);
+        self.weeds.restore(positions, &state.weed_of, state.is_mowed);
         self.mower = Mower::restore(state.pose, state.path_m, state.looks);
-        self.belief.restore(unseen, &state.known, state.detected, &self.weeds);
+        self.belief.restore(unseen, state.weed_of, &self.weeds);
         self.episode = state.episode;
         Ok(())
     }
 
     /// Whether every part of a state fits the others, so that no later step can trip over it.
     fn check(&self, state: &State) -> Result<(), SnapshotError> {
-        let weeds = state.weeds_m.len();
-        let is_known = |&(number, weed): &(u32, u32)| {
-            let weed = weed as usize;
-            number < state.detected
-                && weed < weeds
-                && state.is_detected[weed]
-                && !state.is_mowed[weed]
-        };
         let Pose { x_m, y_m, heading_rad } = state.pose;
+        let mut is_detected = vec![false; state.weeds_m.len()];
+        let mut is_new = |weed: u32| match is_detected.get_mut(weed as usize) {
+            Some(flag) => !std::mem::replace(flag, true),
+            None => false,
+        };
         let rules = [
-            (
-                "flags for other weeds",
-                state.is_detected.len() == weeds && state.is_mowed.len() == weeds,
-            ),
+            ("flags for other weeds", state.is_mowed.len() == state.weeds_m.len()),
             ("weeds off the pasture", state.weeds_m.iter().all(|&(x, y)| self.site.holds(x, y))),
-            (
-                "a pose that is no pose",
-                [x_m, y_m, heading_rad, state.path_m].iter().all(|v| v.is_finite())
-                    && state.path_m >= 0.0,
-            ),
-            ("known weeds out of order", state.known.is_sorted_by(|a, b| a.0 < b.0)),
+            ("a pose that is no pose", [x_m, y_m, heading_rad].iter().all(|v| v.is_finite())),
+            ("looks that do not fit the path", Mower::looks_fit(state.path_m, state.looks)),
+            ("detections of no weed", state.weed_of.iter().all(|&weed| is_new(weed))),
         ];
-        for (got, holds) in rules {
-            if !holds {
-                return Err(SnapshotError::Damaged { got: got.to_owned() });
-            }
+        match rules.iter().find(|(_, holds)| !holds) {
+            Some((got, _)) => Err(SnapshotError::Damaged { got: (*got).to_owned() }),
+            None => Ok(()),
         }
-        if !state.known.iter().all(is_known) {
-            return Err(SnapshotError::Damaged {
-                got: "known weeds that are not known".to_owned(),
-            });
-        }
-        Ok(())
     }
 }
 

@@ -60,19 +60,15 @@ impl Weeds {
         self.index();
     }
 
-    /// Puts weeds back as they stood: where, which detected, which mowed.
-    pub(crate) fn restore(
-        &mut self,
-        positions: Vec<Point>,
-        is_detected: Vec<bool>,
-        is_mowed: Vec<bool>,
-    ) {
-        debug_assert!(
-            positions.len() == is_detected.len() && positions.len() == is_mowed.len(),
-            "one flag a weed"
-        );
+    /// Puts weeds back as they stood: where, which ones detected, whether mowed.
+    pub(crate) fn restore(&mut self, positions: Vec<Point>, detected: &[u32], is_mowed: Vec<bool>) {
+        debug_assert!(positions.len() == is_mowed.len(), "one flag a weed");
+        self.is_detected.clear();
+        self.is_detected.resize(positions.len(), false);
+        for &weed in detected {
+            self.is_detected[weed as usize] = true;
+        }
         self.positions = positions;
-        self.is_detected = is_detected;
         self.is_mowed = is_mowed;
         self.index();
     }

@@ -1,0 +1,154 @@
+# The only list of commands: the README, the hooks and .ci/run call these targets and nothing beneath them.
+SHELL := bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+
+VENV := $(CURDIR)/.venv
+OLDEST := $(CURDIR)/.venv-oldest
+export VIRTUAL_ENV := $(VENV)
+export PATH := $(VENV)/bin:$(PATH)
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+# maturin refuses to choose between two environments.
+unexport CONDA_PREFIX PYTHONHOME
+
+# $(call need,FOLDER,NAME ...): makes the venv, and installs requirements/NAME.txt unless it was installed as it is now.
+define need
+	@$(1)/bin/python -c 'import pip' 2>/dev/null || python3 -m venv --clear $(1)
+	@mkdir -p $(1)/requirements
+	@for name in $(2); do \
+	  if ! cmp -s requirements/$$name.txt $(1)/requirements/$$name.txt; then \
+	    echo "installing requirements/$$name.txt"; \
+	    $(1)/bin/python -m pip install $(if $(CI),--quiet) -r requirements/$$name.txt || exit 1; \
+	    cp requirements/$$name.txt $(1)/requirements/$$name.txt; \
+	  fi; \
+	done
+endef
+
+# Release builds name no folder of this machine: the one that holds the sources of the dependencies reads as /crates.
+# Every release build uses this, since another RUSTFLAGS compiles everything again.
+REMAP = $$(printf -- '--remap-path-prefix=%s=/crates ' "$${CARGO_HOME:-$$HOME/.cargo}"/registry/src/*)
+RELEASE = cargo fetch --quiet --locked && RUSTFLAGS="$${RUSTFLAGS:-} $(REMAP)"
+
+.PHONY: help
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## /{printf "  %-22s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+.PHONY: tools
+tools:
+	@command -v cargo >/dev/null || { echo "swath needs cargo, which comes with Rust: https://rustup.rs" >&2; exit 1; }
+	@command -v python3 >/dev/null || { echo "swath needs python3, version 3.10 or newer" >&2; exit 1; }
+	@python3 -c 'import sys; sys.exit(sys.version_info < (3, 10))' \
+	  || { echo "swath needs Python 3.10 or newer, and this is $$(python3 --version 2>&1)" >&2; exit 1; }
+	@python3 -c 'import ensurepip, venv' 2>/dev/null \
+	  || { echo "swath needs Python's venv module: install the package python3-venv" >&2; exit 1; }
+
+.PHONY: setup
+setup: tools ## everything for working on swath: the venv, the pinned tools, the git hooks, a build
+	$(call need,$(VENV),build demo typing lint test dev)
+	@if git rev-parse --git-dir >/dev/null 2>&1; then prek install; fi
+	@$(MAKE) --no-print-directory build
+
+.PHONY: demo
+demo: build-release ## the agents race on the shipped pastures: a table, pictures in out/demo
+	python -m swath demo --out out/demo
+
+# Inner loop
+
+.PHONY: check
+check: tools ## clippy on the daily crates
+	cargo clippy --all-targets --locked -- -D warnings
+
+.PHONY: fmt
+fmt: tools ## format everything
+	$(call need,$(VENV),lint)
+	cargo fmt --all
+	ruff format
+	ruff check --fix
+	RUST_LOG=warn taplo fmt
+
+.PHONY: build
+build: tools ## the extension in .venv, debug
+	$(call need,$(VENV),build demo)
+	@echo "debug build: do not time it"
+	PIP_QUIET=1 maturin develop
+
+.PHONY: build-release
+build-release: tools ## the extension in .venv, release
+	$(call need,$(VENV),build demo)
+	$(RELEASE) PIP_QUIET=1 maturin develop --release
+
+.PHONY: wheel
+wheel: tools ## the wheel in target/wheels, checked for size and for paths of this machine
+	$(call need,$(VENV),build demo)
+	@rm -rf target/wheels
+	$(RELEASE) maturin build --release --out target/wheels
+	python scripts/check_wheel.py target/wheels/*.whl
+
+# Tests
+
+.PHONY: test
+test: test-rust test-py ## every test but the slow ones; LONG=1: those too, and more cases for properties
+
+.PHONY: test-rust
+test-rust: export PROPTEST_CASES := $(if $(LONG),2000,64)
+test-rust: tools ## the Rust tests; ARGS= filters, LONG=1 raises the case counts
+	@if cargo nextest --version >/dev/null 2>&1; then set -x; cargo nextest run --locked $(ARGS); \
+	else set -x; cargo test --locked --lib --bins --tests $(ARGS); fi
+	$(if $(ARGS),,cargo test --locked --doc)
+
+.PHONY: test-py
+test-py: export HYPOTHESIS_PROFILE := $(if $(LONG),long,default)
+test-py: export OMP_NUM_THREADS := 1
+test-py: build-release ## the Python tests on the release build; ARGS= filters, LONG=1: with the slow ones
+	$(call need,$(VENV),typing test)
+	python -m mypy.stubtest swath._native
+	python -m pytest -n 2 $(if $(LONG),,-m "not slow") $(ARGS)
+
+.PHONY: test-slow
+test-slow: ## every test, the slow ones too
+	@$(MAKE) --no-print-directory test LONG=1
+
+.PHONY: test-gymnasium-oldest
+test-gymnasium-oldest: wheel ## the Gymnasium contract tests on the wheel, under the oldest Gymnasium and NumPy supported
+	$(call need,$(OLDEST),oldest)
+	$(OLDEST)/bin/python -m pip install --quiet --no-deps --force-reinstall target/wheels/*.whl
+	$(OLDEST)/bin/python -m pytest tests/python/test_gymnasium_contract.py
+
+# Gates
+
+.PHONY: lint
+lint: tools ## formats, spelling, layers, paths, licences, then clippy and mypy; FAST=1 stops before anything compiles
+	$(call need,$(VENV),lint)
+	cargo fmt --all --check
+	ruff format --check
+	ruff check
+	typos
+	RUST_LOG=warn taplo fmt --check --diff
+	python scripts/check_layers.py
+	python scripts/check_paths.py
+	python scripts/check_licences.py
+	@$(if $(FAST),,$(MAKE) --no-print-directory lint-compiled)
+
+.PHONY: lint-compiled
+lint-compiled: tools
+	$(call need,$(VENV),demo typing)
+	cargo clippy --workspace --all-targets --locked -- -D warnings
+	python -m mypy
+
+.PHONY: docs
+docs: tools ## the Rust documentation, warnings denied
+	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
+
+.PHONY: ci
+ci: lint test test-gymnasium-oldest docs demo ## everything that .ci/run checks, up to the first failure
+
+# Figures
+
+.PHONY: bench
+bench: tools ## throughput of the Rust core
+	$(RELEASE) cargo bench --locked -p swath-benchmarks
+
+.PHONY: paper
+paper: build-release ## the tables of the paper, measured anew
+	python benchmarks/paper.py
