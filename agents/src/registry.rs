@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use schemars::JsonSchema;
-use swath_core::config::{ConfigError, from_table};
+use swath_core::config::{ConfigError, from_table, nearest};
 use toml::{Table, Value};
 
 use crate::agent::Agent;
@@ -94,12 +94,12 @@ impl AgentSpec {
             "snake" => plain(options, &prefix, Build::Snake)?,
             "r-snake" => plain(options, &prefix, Build::RSnake)?,
             _ => {
-                let names = AGENTS.map(|entry| entry.name).join(", ");
-                return Err(ConfigError::value(
-                    "agent",
-                    format!("one of {names}"),
-                    format!("`{name}`"),
-                ));
+                let names = AGENTS.map(|entry| entry.name);
+                let hint = nearest(name, names.into_iter());
+                let hint =
+                    hint.map_or_else(String::new, |name| format!("; did you mean `{name}`?"));
+                let expected = format!("one of {}", names.join(", "));
+                return Err(ConfigError::value("agent", expected, format!("`{name}`{hint}")));
             }
         };
         Ok(Self { label, build })

@@ -86,15 +86,20 @@ fn refuse_unknown(
 /// The error for `key`, with the nearest of the `known` keys and blocks if one is close enough to be meant.
 fn unknown(key: &str, known: &[String], prefix: &str) -> ConfigError {
     let blocks = known.iter().filter_map(|k| k.split_once('.').map(|(block, _)| block));
-    let nearest = known
-        .iter()
-        .map(String::as_str)
-        .chain(blocks)
-        .map(|candidate| (likeness(key, candidate), candidate))
+    let nearest = nearest(key, known.iter().map(String::as_str).chain(blocks));
+    ConfigError::UnknownKey {
+        key: format!("{prefix}{key}"),
+        nearest: nearest.map(|candidate| format!("{prefix}{candidate}")),
+    }
+}
+
+/// The candidate that is spelt most like `word`, if one is close enough to be meant.
+pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    candidates
+        .map(|candidate| (likeness(word, candidate), candidate))
         .filter(|&(likeness, _)| likeness > 0.6)
         .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map(|(_, candidate)| format!("{prefix}{candidate}"));
-    ConfigError::UnknownKey { key: format!("{prefix}{key}"), nearest }
+        .map(|(_, candidate)| candidate)
 }
 
 /// How alike two dotted keys are, 0 to 1: their spelling as a whole, or that of their last names when a block was mistaken.

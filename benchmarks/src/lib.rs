@@ -1,0 +1,1 @@
+//! Benchmarks of swath, run by `make bench`; the crate itself is empty.

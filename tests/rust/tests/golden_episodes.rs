@@ -1,0 +1,53 @@
+//! One episode of each planner, arc by arc, as committed in `tests/rust/golden`. `make test-rust GOLDEN=1` rewrites them.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use swath_agents::registry::AGENTS;
+use swath_agents::runner::run_episode;
+use swath_core::config::Document;
+
+#[test]
+fn an_episode_of_each_planner_is_as_it_was() {
+    let scenario = Document::open("cowbot-field").unwrap().scenario().unwrap();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden");
+    for entry in AGENTS {
+        let episode = run_episode(&scenario, &entry.name.parse().unwrap(), 0, None);
+        let mut text = format!(
+            "# {} on cowbot-field, instance 0: {:.6} m, {} of {} weeds mowed, {}\n",
+            entry.name,
+            episode.summary.path_length_m,
+            episode.summary.weeds_mowed,
+            episode.summary.weeds_total,
+            episode.outcome.name()
+        );
+        text.push_str("#     x_m       y_m heading_rad curvature_per_m  length_m\n");
+        for arc in episode.trajectory.arcs() {
+            let [x_m, y_m, heading_rad] =
+                [arc.start.x_m, arc.start.y_m, arc.start.heading_rad].map(positive_zero);
+            let curvature_per_m = positive_zero(arc.curvature_per_m);
+            writeln!(
+                text,
+                "{x_m:9.5} {y_m:9.5} {heading_rad:11.6} {curvature_per_m:15.6} {:9.5}",
+                arc.length_m
+            )
+            .unwrap();
+        }
+        let file = folder.join(format!("{}.txt", entry.name));
+        if std::env::var_os("GOLDEN").is_some() {
+            std::fs::create_dir_all(&folder).unwrap();
+            std::fs::write(&file, &text).unwrap();
+        }
+        let golden = std::fs::read_to_string(&file).unwrap_or_default();
+        assert!(
+            text == golden,
+            "{} has changed; look at it with `make test-rust GOLDEN=1` and git diff",
+            entry.name
+        );
+    }
+}
+
+/// The same number without the sign of a rounded zero.
+fn positive_zero(value: f64) -> f64 {
+    if value.abs() < 5e-7 { 0.0 } else { value }
+}
