@@ -150,5 +150,5 @@ bench: tools ## throughput of the Rust core
 	$(RELEASE) cargo bench --locked -p swath-benchmarks
 
 .PHONY: paper
-paper: build-release ## the tables of the paper, measured anew
-	python benchmarks/paper.py
+paper: build-release ## the experiments of the paper run anew: docs/reproduce, its data and figures
+	python -m benchmarks.paper

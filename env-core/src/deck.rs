@@ -29,7 +29,8 @@ impl Deck {
 
     /// Mows what the bar passes over on `stretch`: swept, exact, its ends included.
     pub fn mow(&mut self, stretch: &Stretch, weeds: &mut Weeds) -> Cut<'_> {
-        let sweep = BarSweep::new(&stretch.arc, self.width_m);
+        let Stretch { start, end, curvature_per_m, length_m, .. } = *stretch;
+        let sweep = BarSweep::between(start, end, curvature_per_m, length_m, self.width_m);
         weeds.mow(&sweep, &mut self.mowed);
         Cut { sweep, mowed: &self.mowed }
     }

@@ -165,7 +165,7 @@ impl Env {
                 let percept = self.sensor.look(stretch.end, &mut self.weeds); // sensor
                 self.belief.absorb_percept(&percept, &self.weeds); // belief
             }
-            if !self.site.allows(stretch.end) {
+            if !self.site.allows(stretch.end.pose) {
                 break;
             }
         }
@@ -251,7 +251,7 @@ impl Tally {
     fn add(&mut self, stretch: &Stretch, cut: &Cut) {
         self.weeds_mowed +=
             u32::try_from(cut.mowed.len()).expect("a scenario holds at most ten million weeds");
-        self.distance_m += stretch.arc.length_m;
+        self.distance_m += stretch.length_m;
     }
 }
 

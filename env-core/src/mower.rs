@@ -1,7 +1,8 @@
 //! The mower: a Dubins car that follows exact arcs.
 
 use crate::action::Command;
-use crate::geometry::{Arc, Pose};
+use crate::geometry::{Frame, Pose};
+use crate::math::wrap_to_pi;
 
 /// Way between two looks of the sensor, metres, counted from reset.
 pub const LOOK_SPACING_M: f64 = 0.2;
@@ -21,10 +22,14 @@ pub struct Mower {
 /// A piece of a motion without a look inside it.
 #[derive(Debug, Clone, Copy)]
 pub struct Stretch {
-    /// The piece of the path.
-    pub arc: Arc,
-    /// The pose at its end.
-    pub end: Pose,
+    /// Where it begins.
+    pub start: Frame,
+    /// Where it ends.
+    pub end: Frame,
+    /// Signed curvature, 1/m, left positive.
+    pub curvature_per_m: f64,
+    /// Length, metres.
+    pub length_m: f64,
     /// Whether the sensor looks there.
     pub ends_at_look: bool,
 }
@@ -66,19 +71,16 @@ impl Mower {
     /// The stretches of a command, cut where the sensor looks: at path 0, 0.2, 0.4 ... m, wherever steps begin and end.
     #[must_use]
     pub fn motion(&self, command: Command) -> Motion {
-        let arc = Arc {
-            start: self.pose,
-            curvature_per_m: command.curvature_per_m,
-            length_m: command.distance_m,
-        };
-        Motion { arc, start_path_m: self.path_m, driven_m: 0.0, pose: self.pose, looks: self.looks }
+        let start = Frame::from(self.pose);
+        let start_path_m = self.path_m;
+        Motion { command, start, start_path_m, driven_m: 0.0, at: start, looks: self.looks }
     }
 
     /// Moves along one stretch.
     pub fn follow(&mut self, stretch: &Stretch) {
-        self.pose =
-            Pose { heading_rad: crate::math::wrap_to_pi(stretch.end.heading_rad), ..stretch.end };
-        self.path_m += stretch.arc.length_m;
+        self.pose = stretch.end.pose;
+        self.pose.heading_rad = wrap_to_pi(self.pose.heading_rad);
+        self.path_m += stretch.length_m;
         self.looks += u64::from(stretch.ends_at_look);
     }
 }
@@ -86,10 +88,11 @@ impl Mower {
 /// A command being carried out: an iterator over its stretches.
 #[derive(Debug, Clone)]
 pub struct Motion {
-    arc: Arc,
+    command: Command,
+    start: Frame,
     start_path_m: f64,
     driven_m: f64,
-    pose: Pose,
+    at: Frame,
     looks: u64,
 }
 
@@ -97,27 +100,24 @@ impl Iterator for Motion {
     type Item = Stretch;
 
     fn next(&mut self) -> Option<Stretch> {
+        let Command { curvature_per_m, distance_m } = self.command;
         let look_m = self.looks as f64 * LOOK_SPACING_M - self.start_path_m;
-        let is_over = self.driven_m >= self.arc.length_m;
-        if is_over && look_m > self.arc.length_m + LOOK_SLACK_M {
+        if self.driven_m >= distance_m && look_m > distance_m + LOOK_SLACK_M {
             return None;
         }
-        let mut to_m = look_m.min(self.arc.length_m).max(self.driven_m);
-        let turn_rad = (to_m - self.driven_m) * self.arc.curvature_per_m.abs();
-        if turn_rad > MAX_TURN_RAD {
-            to_m = self.driven_m + MAX_TURN_RAD / self.arc.curvature_per_m.abs();
+        let mut to_m = look_m.min(distance_m).max(self.driven_m);
+        if (to_m - self.driven_m) * curvature_per_m.abs() > MAX_TURN_RAD {
+            to_m = self.driven_m + MAX_TURN_RAD / curvature_per_m.abs();
         }
         let ends_at_look = look_m <= to_m + LOOK_SLACK_M;
-        let end = self.arc.at(to_m);
-        let arc = Arc {
-            start: self.pose,
-            curvature_per_m: self.arc.curvature_per_m,
-            length_m: to_m - self.driven_m,
-        };
+        // Every point is found from the start of the command, so that errors do not add up along it.
+        let end = self.start.advanced(curvature_per_m, to_m);
+        let length_m = to_m - self.driven_m;
+        let stretch = Stretch { start: self.at, end, curvature_per_m, length_m, ends_at_look };
         self.driven_m = to_m;
-        self.pose = end;
+        self.at = end;
         self.looks += u64::from(ends_at_look);
-        Some(Stretch { arc, end, ends_at_look })
+        Some(stretch)
     }
 }
 

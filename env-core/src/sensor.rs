@@ -1,6 +1,6 @@
 //! The weed sensor.
 
-use crate::geometry::{Pose, Triangle};
+use crate::geometry::{Frame, Triangle};
 use crate::weeds::Weeds;
 
 /// A camera that sees a triangle in front of the mower, without error and at once.
@@ -27,9 +27,9 @@ impl Sensor {
         Self { range_m, width_m, detected: Vec::new() }
     }
 
-    /// Looks from `pose`.
-    pub fn look(&mut self, pose: Pose, weeds: &mut Weeds) -> Percept<'_> {
-        let footprint = Triangle::new(pose, self.range_m, self.width_m);
+    /// Looks from a pose.
+    pub fn look(&mut self, from: impl Into<Frame>, weeds: &mut Weeds) -> Percept<'_> {
+        let footprint = Triangle::new(from, self.range_m, self.width_m);
         weeds.detect(&footprint, &mut self.detected);
         Percept { footprint, detected: &self.detected }
     }

@@ -4,6 +4,7 @@
 //! goes on byte for byte as the first one would have. Indexes and buffers are rebuilt, not stored.
 
 use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use super::Env;
 use crate::episode::Episode;
@@ -71,7 +72,10 @@ impl Env {
             weed_of: self.belief.weed_of().to_vec(),
             episode: self.episode,
         };
-        postcard::to_allocvec(&state).expect("a state in memory can be written to memory")
+        let mut bytes =
+            postcard::to_allocvec(&state).expect("a state in memory can be written to memory");
+        bytes.extend(checksum(&bytes));
+        bytes
     }
 
     /// Puts back the state that [`Env::snapshot`] returned, here or in another process.
@@ -84,7 +88,15 @@ impl Env {
         if version != VERSION {
             return Err(SnapshotError::Version { got: version });
         }
-        let (state, rest) = postcard::take_from_bytes::<State>(snapshot).map_err(damaged)?;
+        let content = match snapshot.split_last_chunk() {
+            Some((content, sum)) if *sum == checksum(content) => content,
+            _ => {
+                return Err(SnapshotError::Damaged {
+                    got: "a checksum that does not match".to_owned(),
+                });
+            }
+        };
+        let (state, rest) = postcard::take_from_bytes::<State>(content).map_err(damaged)?;
         if !rest.is_empty() {
             return Err(SnapshotError::Damaged { got: format!("{} bytes too many", rest.len()) });
         }
@@ -126,6 +138,12 @@ impl Env {
             None => Ok(()),
         }
     }
+}
+
+/// The first eight bytes of the SHA-256 of a snapshot's content, which stand behind it.
+fn checksum(content: &[u8]) -> [u8; 8] {
+    let hash: [u8; 32] = Sha256::digest(content).into();
+    std::array::from_fn(|i| hash[i])
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "the shape that map_err asks for")]

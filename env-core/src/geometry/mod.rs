@@ -3,6 +3,7 @@
 mod arc;
 mod dubins;
 mod footprint;
+mod frame;
 mod pose;
 mod sweep;
 mod triangle;
@@ -10,6 +11,7 @@ mod triangle;
 pub use arc::Arc;
 pub use dubins::{DubinsPath, PathError, Segment, Word, boustrophedon_length, shortest};
 pub use footprint::{Footprint, Limits, Side};
+pub use frame::Frame;
 pub use pose::Pose;
 pub use sweep::BarSweep;
 pub use triangle::Triangle;

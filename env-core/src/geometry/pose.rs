@@ -35,24 +35,15 @@ impl Pose {
     /// The transform that takes points of the mower's frame (forward, left) to the world.
     #[must_use]
     pub fn world_from_mower(&self) -> Isometry2<f64> {
-        let (sin, cos) = math::sin_cos(self.heading_rad);
+        let super::Frame { cos, sin, .. } = (*self).into();
         let rotation = UnitComplex::new_unchecked(nalgebra::Complex::new(cos, sin));
         Isometry2::from_parts(Translation2::new(self.x_m, self.y_m), rotation)
     }
 
     /// Where the mower stands after `distance_m` on a circle of signed curvature `curvature_per_m` (left positive).
-    ///
-    /// Exact for any distance, straight lines included: the chord has length `s sinc(k s / 2)` and direction `heading + k s / 2`.
     #[must_use]
     pub fn advanced(&self, curvature_per_m: f64, distance_m: f64) -> Self {
-        let half_turn_rad = 0.5 * curvature_per_m * distance_m;
-        let chord_m = distance_m * math::sinc(half_turn_rad);
-        let (sin, cos) = math::sin_cos(self.heading_rad + half_turn_rad);
-        Self {
-            x_m: self.x_m + chord_m * cos,
-            y_m: self.y_m + chord_m * sin,
-            heading_rad: self.heading_rad + 2.0 * half_turn_rad,
-        }
+        super::Frame::from(*self).advanced(curvature_per_m, distance_m).pose
     }
 
     /// Straight distance to another pose, metres, headings ignored.

@@ -1,7 +1,6 @@
 //! The ground that the implement passes over while the mower follows an arc.
 
-use super::{Arc, Footprint, Limits, Point, Pose, Side};
-use crate::math;
+use super::{Arc, Footprint, Frame, Limits, Point, Side};
 
 /// How far outside the bar a point still counts as mowed, metres.
 ///
@@ -19,28 +18,6 @@ pub struct BarSweep {
     limits: Limits,
 }
 
-/// A pose with the sine and cosine of its heading.
-#[derive(Debug, Clone, Copy)]
-struct Frame {
-    x: f64,
-    y: f64,
-    cos: f64,
-    sin: f64,
-}
-
-impl Frame {
-    fn new(pose: Pose) -> Self {
-        let (sin, cos) = math::sin_cos(pose.heading_rad);
-        Self { x: pose.x_m, y: pose.y_m, cos, sin }
-    }
-
-    /// Forward and left offset of a point, metres.
-    fn offsets(&self, point: Point) -> (f64, f64) {
-        let (dx, dy) = (point.x - self.x, point.y - self.y);
-        (self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx)
-    }
-}
-
 impl BarSweep {
     /// The ground under a bar of `width_m` while its middle follows `arc`.
     ///
@@ -49,17 +26,27 @@ impl BarSweep {
     /// In debug builds, if the arc turns by half a circle or more.
     #[must_use]
     pub fn new(arc: &Arc, width_m: f64) -> Self {
-        let turn_rad = (arc.curvature_per_m * arc.length_m).abs();
+        let start = Frame::from(arc.start);
+        let end = start.advanced(arc.curvature_per_m, arc.length_m);
+        Self::between(start, end, arc.curvature_per_m, arc.length_m, width_m)
+    }
+
+    /// The same for an arc whose two ends are known already.
+    pub(crate) fn between(
+        start: Frame,
+        end: Frame,
+        curvature_per_m: f64,
+        length_m: f64,
+        width_m: f64,
+    ) -> Self {
+        let k = curvature_per_m.abs();
         debug_assert!(
-            turn_rad < std::f64::consts::PI,
-            "an arc that turns by {turn_rad} rad cannot be tested in one piece"
+            k * length_m < std::f64::consts::PI,
+            "an arc of {length_m} m with curvature {k} cannot be tested in one piece"
         );
         let half_width_m = 0.5 * width_m;
         // The bar's outer end leaves the hull of the two bars by (1/k + b)(1 - cos(ks/2)) <= (|k| + b k^2) s^2 / 8.
-        let k = arc.curvature_per_m.abs();
-        let bulge_m =
-            (k + half_width_m * k * k) * arc.length_m * arc.length_m / 8.0 + 2.0 * BORDER_M;
-        let (start, end) = (Frame::new(arc.start), Frame::new(arc.end()));
+        let bulge_m = (k + half_width_m * k * k) * length_m * length_m / 8.0 + 2.0 * BORDER_M;
         // The four ends of the two bars along one axis, as lowest and highest value.
         let extent = |at_start: f64, at_end: f64, across_start: f64, across_end: f64| {
             let (start_half_m, end_half_m) =
@@ -68,11 +55,11 @@ impl BarSweep {
             let high_m = (at_start + start_half_m).max(at_end + end_half_m);
             (low_m - bulge_m, high_m + bulge_m)
         };
-        let y_range = extent(start.y, end.y, start.cos, end.cos);
-        let (left_m, right_m) = extent(start.x, end.x, start.sin, end.sin);
+        let y_range = extent(start.pose.y_m, end.pose.y_m, start.cos, end.cos);
+        let (left_m, right_m) = extent(start.pose.x_m, end.pose.x_m, start.sin, end.sin);
         let limits =
             Limits { lower: [Side::upright(left_m); 2], upper: [Side::upright(right_m); 2] };
-        Self { start, end, curvature_per_m: arc.curvature_per_m, half_width_m, y_range, limits }
+        Self { start, end, curvature_per_m, half_width_m, y_range, limits }
     }
 }
 
@@ -83,8 +70,8 @@ impl Footprint for BarSweep {
     /// turning centre in units of the radius, and `|1 - rho| / |k|` the distance from the arc; multiplied out, nothing
     /// is divided by k. A bar that reaches beyond its turning centre sweeps the opposite wedge backwards as well.
     fn contains(&self, point: Point) -> bool {
-        let (ahead, left) = self.start.offsets(point);
-        let (past_end, _) = self.end.offsets(point);
+        let (ahead, left) = self.start.offsets_to(point);
+        let (past_end, _) = self.end.offsets_to(point);
         let k = self.curvature_per_m;
         let reach_m = self.half_width_m + BORDER_M;
         let rho = ((k * ahead) * (k * ahead) + (1.0 - k * left) * (1.0 - k * left)).sqrt();
@@ -108,6 +95,7 @@ impl Footprint for BarSweep {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Pose;
     use super::*;
 
     fn sweep(curvature_per_m: f64, length_m: f64, width_m: f64) -> BarSweep {

@@ -1,6 +1,6 @@
 //! The detection triangle.
 
-use super::{Footprint, Limits, Point, Pose, Side};
+use super::{Footprint, Frame, Limits, Point, Side};
 
 /// How far outside a border a point still counts as inside, metres: it settles ties that rounding would decide.
 const BORDER_M: f64 = 1e-9;
@@ -8,10 +8,7 @@ const BORDER_M: f64 = 1e-9;
 /// What a sensor sees at one look: a triangle with its apex at the mower's pose, opening forward. Borders count.
 #[derive(Debug, Clone, Copy)]
 pub struct Triangle {
-    apex: Point,
-    /// Unit vector forward; left is (-sin, cos).
-    cos: f64,
-    sin: f64,
+    frame: Frame,
     range_m: f64,
     half_width_per_m: f64,
     y_range: (f64, f64),
@@ -19,10 +16,11 @@ pub struct Triangle {
 }
 
 impl Triangle {
-    /// The triangle of depth `range_m` and far side `width_m` in front of `pose`.
+    /// The triangle of depth `range_m` and far side `width_m` in front of a pose.
     #[must_use]
-    pub fn new(pose: Pose, range_m: f64, width_m: f64) -> Self {
-        let (sin, cos) = crate::math::sin_cos(pose.heading_rad);
+    pub fn new(from: impl Into<Frame>, range_m: f64, width_m: f64) -> Self {
+        let frame = from.into();
+        let Frame { pose, cos, sin } = frame;
         let m = width_m / (2.0 * range_m);
         let apex = pose.position();
         // Half-planes gx x + gy y <= h from the apex: the far side, the left one and the right one.
@@ -48,20 +46,14 @@ impl Triangle {
         let (far, half) = (range_m * sin, range_m * m * cos);
         let (a, b) = (far + half, far - half);
         let y_range = (apex.y + a.min(b).min(0.0), apex.y + a.max(b).max(0.0));
-        Self { apex, cos, sin, range_m, half_width_per_m: m, y_range, limits }
-    }
-
-    /// Forward and left offset of a point, metres.
-    fn in_mower(&self, point: Point) -> (f64, f64) {
-        let (dx, dy) = (point.x - self.apex.x, point.y - self.apex.y);
-        (self.cos * dx + self.sin * dy, self.cos * dy - self.sin * dx)
+        Self { frame, range_m, half_width_per_m: m, y_range, limits }
     }
 }
 
 impl Footprint for Triangle {
     #[inline]
     fn contains(&self, point: Point) -> bool {
-        let (ahead, left) = self.in_mower(point);
+        let (ahead, left) = self.frame.offsets_to(point);
         ahead <= self.range_m + BORDER_M && left.abs() <= ahead * self.half_width_per_m + BORDER_M
     }
 
@@ -78,6 +70,7 @@ impl Footprint for Triangle {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Pose;
     use super::*;
     use std::f64::consts::PI;
 
