@@ -95,7 +95,7 @@ impl Env {
 
     /// Lets episodes run until the agent stops: no budget, no goal, no step limit. The headland still holds.
     pub fn lift_limits(&mut self) {
-        self.limits = Limits::none();
+        self.limits = Limits::none(&self.site);
     }
 
     /// Begins episode 0 of `seed`.
@@ -171,7 +171,7 @@ impl Env {
         }
         let view = View::new(&self.site, &self.mower, &self.belief);
         let end = self.episode.judge(&view, &self.limits); // end
-        let forfeit_m = if end.is_failure() { self.limits.budget_m() - view.path_m } else { 0.0 };
+        let forfeit_m = if end.is_failure() { self.limits.forfeit_m(view.path_m) } else { 0.0 };
         let terms = RewardTerms::score(
             &self.scenario.reward,
             tally.weeds_mowed,

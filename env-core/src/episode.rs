@@ -62,6 +62,7 @@ impl End {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     budget_m: f64,
+    bcp_length_m: f64,
     unseen_goal: f64,
     steps: f64,
 }
@@ -74,19 +75,36 @@ impl Limits {
     pub fn new(scenario: &ValidScenario, site: &Site, cells: usize) -> Self {
         let budget_m = scenario.episode.budget * site.bcp_length_m;
         let unseen_goal = (1.0 - scenario.episode.seen_goal) * cells as f64 + 1e-9;
-        Self { budget_m, unseen_goal, steps: 4.0 * budget_m / site.control_distance_m }
+        Self {
+            budget_m,
+            bcp_length_m: site.bcp_length_m,
+            unseen_goal,
+            steps: 4.0 * budget_m / site.control_distance_m,
+        }
     }
 
     /// No limits but the headland: the agent's own stop rule decides.
     #[must_use]
-    pub fn none() -> Self {
-        Self { budget_m: f64::INFINITY, unseen_goal: -1.0, steps: f64::INFINITY }
+    pub fn none(site: &Site) -> Self {
+        Self {
+            budget_m: f64::INFINITY,
+            bcp_length_m: site.bcp_length_m,
+            unseen_goal: -1.0,
+            steps: f64::INFINITY,
+        }
     }
 
     /// `command` cut so that the path ends at the budget; `path_m` is driven already.
     #[must_use]
     pub fn cut(&self, command: Command, path_m: f64) -> Command {
         Command { distance_m: command.distance_m.min(self.budget_m - path_m).max(0.0), ..command }
+    }
+
+    /// The way that a failure after `path_m` is charged for: the rest of the budget, or one boustrophedon path where the
+    /// budget has no end.
+    #[must_use]
+    pub fn forfeit_m(&self, path_m: f64) -> f64 {
+        if self.budget_m.is_finite() { self.budget_m - path_m } else { self.bcp_length_m }
     }
 
     /// Longest path, metres.

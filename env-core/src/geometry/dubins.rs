@@ -10,6 +10,9 @@ const PHANTOM_CIRCLE_RAD: f64 = 1e-9;
 /// A squared straight (in units of the radius) this little below zero is rounding: the arcs touch.
 const TOUCHING: f64 = 1e-9;
 
+/// A straight this short (in radii) has no direction: the word is one arc.
+const ONE_ARC: f64 = 1e-9;
+
 /// A path that cannot be asked for.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum PathError {
@@ -64,8 +67,8 @@ impl Word {
     /// The path of this word from `start` to `goal`, or `None` if the word cannot join them.
     ///
     /// Shkel & Lumelsky (2001), "Classification of the Dubins set", equations 3 to 11.
-    /// Deviations: arcs within 1e-9 rad below a full circle count as none, and words whose arcs miss touching by
-    /// rounding (1e-9 of the squared radius) exist.
+    /// Deviations: arcs within 1e-9 rad below a full circle count as none; LSL and RSR with a straight below 1e-9 radii
+    /// are one arc; words whose arcs miss touching by rounding (1e-9 of the squared radius) exist.
     ///
     /// # Panics
     ///
@@ -111,23 +114,33 @@ impl Query {
         let Self { d, alpha, beta, sin_a, cos_a, sin_b, cos_b, cos_ab, .. } = *self;
         match word {
             Word::Lsl => {
-                let p = straight(2.0 + d * d - 2.0 * cos_ab + 2.0 * d * (sin_a - sin_b))?;
-                let along = atan2(cos_b - cos_a, d + sin_a - sin_b);
+                let (x, y) = (d + sin_a - sin_b, cos_b - cos_a);
+                let p = (x * x + y * y).sqrt();
+                if p < ONE_ARC {
+                    return Some([turn(beta - alpha), 0.0, 0.0]);
+                }
+                let along = atan2(y, x);
                 Some([turn(along - alpha), p, turn(beta - along)])
             }
             Word::Rsr => {
-                let p = straight(2.0 + d * d - 2.0 * cos_ab + 2.0 * d * (sin_b - sin_a))?;
-                let along = atan2(cos_a - cos_b, d - sin_a + sin_b);
+                let (x, y) = (d - sin_a + sin_b, cos_a - cos_b);
+                let p = (x * x + y * y).sqrt();
+                if p < ONE_ARC {
+                    return Some([turn(alpha - beta), 0.0, 0.0]);
+                }
+                let along = atan2(y, x);
                 Some([turn(alpha - along), p, turn(along - beta)])
             }
             Word::Lsr => {
-                let p = straight(d * d - 2.0 + 2.0 * cos_ab + 2.0 * d * (sin_a + sin_b))?;
-                let along = atan2(-cos_a - cos_b, d + sin_a + sin_b) - atan2(-2.0, p);
+                let (x, y) = (d + sin_a + sin_b, -cos_a - cos_b);
+                let p = straight(x * x + y * y - 4.0)?;
+                let along = atan2(y, x) - atan2(-2.0, p);
                 Some([turn(along - alpha), p, turn(along - beta)])
             }
             Word::Rsl => {
-                let p = straight(d * d - 2.0 + 2.0 * cos_ab - 2.0 * d * (sin_a + sin_b))?;
-                let along = atan2(cos_a + cos_b, d - sin_a - sin_b) - atan2(2.0, p);
+                let (x, y) = (d - sin_a - sin_b, cos_a + cos_b);
+                let p = straight(x * x + y * y - 4.0)?;
+                let along = atan2(y, x) - atan2(2.0, p);
                 Some([turn(alpha - along), p, turn(beta - along)])
             }
             Word::Rlr => {

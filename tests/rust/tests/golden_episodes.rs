@@ -23,8 +23,8 @@ fn an_episode_of_each_planner_is_as_it_was() {
         );
         text.push_str("#     x_m       y_m heading_rad curvature_per_m  length_m\n");
         for arc in episode.trajectory.arcs() {
-            let [x_m, y_m, heading_rad] =
-                [arc.start.x_m, arc.start.y_m, arc.start.heading_rad].map(positive_zero);
+            let [x_m, y_m] = [arc.start.x_m, arc.start.y_m].map(positive_zero);
+            let heading_rad = positive_pi(positive_zero(arc.start.heading_rad));
             let curvature_per_m = positive_zero(arc.curvature_per_m);
             writeln!(
                 text,
@@ -50,4 +50,9 @@ fn an_episode_of_each_planner_is_as_it_was() {
 /// The same number without the sign of a rounded zero.
 fn positive_zero(value: f64) -> f64 {
     if value.abs() < 5e-7 { 0.0 } else { value }
+}
+
+/// Half a circle to the left, where rounding decides between left and right.
+fn positive_pi(heading_rad: f64) -> f64 {
+    if heading_rad < -std::f64::consts::PI + 5e-7 { std::f64::consts::PI } else { heading_rad }
 }
