@@ -1,7 +1,7 @@
 //! The pasture cut into cells: the one spatial index, for weeds and for seen ground.
 
 use crate::geometry::{Footprint, Limits, Point, Side};
-use crate::math::floor_index;
+use crate::math::{floor_index, larger, smaller};
 
 /// Slack that keeps the ranges on the safe side of rounding, metres.
 const SLACK_M: f64 = 1e-6;
@@ -19,6 +19,9 @@ pub struct Grid {
     words_per_row: usize,
     cell_x_m: f64,
     cell_y_m: f64,
+    /// Cells in a metre.
+    per_x_m: f64,
+    per_y_m: f64,
 }
 
 /// Which cells a footprint reaches.
@@ -36,12 +39,15 @@ impl Grid {
     pub fn new(length_m: f64, width_m: f64) -> Self {
         let count = |size_m: f64| floor_index((size_m - 1e-9).ceil()).max(1);
         let (columns, rows) = (count(length_m), count(width_m));
+        let (cell_x_m, cell_y_m) = (length_m / columns as f64, width_m / rows as f64);
         Self {
             columns,
             rows,
             words_per_row: columns.div_ceil(WORD),
-            cell_x_m: length_m / columns as f64,
-            cell_y_m: width_m / rows as f64,
+            cell_x_m,
+            cell_y_m,
+            per_x_m: 1.0 / cell_x_m,
+            per_y_m: 1.0 / cell_y_m,
         }
     }
 
@@ -72,8 +78,8 @@ impl Grid {
     /// The column and row of the cell that holds a point; points outside belong to the nearest cell.
     #[must_use]
     pub fn cell_of(&self, point: Point) -> (usize, usize) {
-        let column = floor_index(point.x / self.cell_x_m).min(self.columns - 1);
-        let row = floor_index(point.y / self.cell_y_m).min(self.rows - 1);
+        let column = floor_index(point.x * self.per_x_m).min(self.columns - 1);
+        let row = floor_index(point.y * self.per_y_m).min(self.rows - 1);
         (column, row)
     }
 
@@ -87,9 +93,9 @@ impl Grid {
     #[inline]
     fn rows_of(&self, footprint: &impl Footprint, reach: Reach) -> std::ops::Range<usize> {
         let (bottom_m, top_m) = footprint.y_range();
-        let (low, high) = ((bottom_m - SLACK_M) / self.cell_y_m, (top_m + SLACK_M) / self.cell_y_m);
+        let (low, high) = ((bottom_m - SLACK_M) * self.per_y_m, (top_m + SLACK_M) * self.per_y_m);
         let (first, end) = span(low, high, reach);
-        first..end.min(self.rows)
+        first.min(self.rows)..end.min(self.rows)
     }
 
     /// The limits of a footprint in cells: where the row's line through its middle, or its whole height, may meet it.
@@ -99,8 +105,8 @@ impl Grid {
         let Limits { lower, upper } = *footprint.limits();
         let in_cells = |side: Side, widen: f64| Side {
             x_at_0_m: (side.x_at_0_m + widen * (side.slope.abs() * half_m + SLACK_M))
-                / self.cell_x_m,
-            slope: side.slope / self.cell_x_m,
+                * self.per_x_m,
+            slope: side.slope * self.per_x_m,
         };
         Limits {
             lower: lower.map(|side| in_cells(side, -1.0)),
@@ -219,6 +225,9 @@ impl CellSet {
         mut is_out: impl FnMut(usize, usize) -> bool,
     ) -> usize {
         let rows = grid.rows_of(footprint, reach);
+        if self.per_row[rows.clone()].iter().all(|&count| count == 0) {
+            return 0;
+        }
         let Limits { lower: [l0, l1], upper: [u0, u1] } = grid.limits_in_cells(footprint, reach);
         let mut removed = 0;
         for row in rows {
@@ -226,8 +235,9 @@ impl CellSet {
                 continue;
             }
             let y_m = (row as f64 + 0.5) * grid.cell_y_m;
-            let low = (l0.x_at_0_m + l0.slope * y_m).max(l1.x_at_0_m + l1.slope * y_m);
-            let high = (u0.x_at_0_m + u0.slope * y_m).min(u1.x_at_0_m + u1.slope * y_m);
+            let at_row = |side: Side| side.x_at_0_m + side.slope * y_m;
+            let low = larger(at_row(l0), at_row(l1));
+            let high = smaller(at_row(u0), at_row(u1));
             let (first, end) = span(low, high, reach);
             let end = end.min(grid.columns);
             if first >= end {

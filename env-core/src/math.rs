@@ -45,15 +45,31 @@ pub fn wrap_to_pi(angle_rad: f64) -> f64 {
     wrap_to_tau(angle_rad + PI) - PI
 }
 
-/// Rounds a count or index that is known to be small and not negative towards zero; negative values and NaN give 0.
+/// Rounds a count or index below two thousand million towards zero; negative values and NaN give 0.
 #[must_use]
+#[inline]
 #[expect(
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "the cast saturates, which is what is wanted"
 )]
 pub fn floor_index(value: f64) -> usize {
-    value as usize
+    // By way of i32, which is one instruction on most machines; u64 takes a dozen.
+    (value as i32).max(0) as usize
+}
+
+/// The larger of two numbers; the second if either is NaN. One instruction, where `f64::max` takes several.
+#[must_use]
+#[inline]
+pub fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers; the second if either is NaN.
+#[must_use]
+#[inline]
+pub fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }
 
 #[cfg(test)]

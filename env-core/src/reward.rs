@@ -14,17 +14,10 @@ pub struct RewardTerms {
 }
 
 impl RewardTerms {
-    /// The terms of a step that mowed `weeds` weeds on `path_m` metres; `forfeit_m` is the budget that a failure leaves unused.
+    /// The terms of a step that mowed `weeds` weeds on `path_m` metres; a failure is charged for `forfeit_m` more.
     #[must_use]
     pub fn score(weights: &RewardConfig, weeds: u32, path_m: f64, forfeit_m: f64) -> Self {
-        // A weight of 0 makes a term 0, also where the unused budget is infinite.
-        let charge = |metres: f64| {
-            if metres > 0.0 && weights.path_per_m != 0.0 {
-                -weights.path_per_m * metres
-            } else {
-                0.0
-            }
-        };
+        let charge = |metres: f64| 0.0 - weights.path_per_m * metres;
         Self {
             weed: weights.weed * f64::from(weeds),
             path: charge(path_m),
