@@ -6,7 +6,7 @@ use std::fmt::Display;
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ConfigError {
     /// A value that is not allowed.
-    #[error("`{field}` must be {expected}, got {got}")]
+    #[error("{}", one_line(&format!("`{field}` must be {expected}, got {got}")))]
     Value {
         /// Dotted key, such as `mower.deck_width_m`.
         field: String,
@@ -16,7 +16,7 @@ pub enum ConfigError {
         got: String,
     },
     /// A key that no scenario has.
-    #[error("`{key}` is not a known key{}", hint(nearest.as_deref()))]
+    #[error("{}", one_line(&format!("`{key}` is not a known key{}", hint(nearest.as_deref()))))]
     UnknownKey {
         /// Dotted key as written.
         key: String,
@@ -24,7 +24,7 @@ pub enum ConfigError {
         nearest: Option<String>,
     },
     /// Text that is not TOML.
-    #[error("{name}, line {line}: {message}")]
+    #[error("{}", one_line(&format!("{name}, line {line}: {message}")))]
     Syntax {
         /// File or scenario name.
         name: String,
@@ -34,7 +34,7 @@ pub enum ConfigError {
         message: String,
     },
     /// A file that cannot be read.
-    #[error("cannot read {name}: {message}")]
+    #[error("{}", one_line(&format!("cannot read {name}: {message}")))]
     File {
         /// Path as written.
         name: String,
@@ -42,7 +42,7 @@ pub enum ConfigError {
         message: String,
     },
     /// A line of a weed file that is not a weed.
-    #[error("{name}, line {line}: expected {expected}, got {got}")]
+    #[error("{}", one_line(&format!("{name}, line {line}: expected {expected}, got {got}")))]
     WeedFile {
         /// Path as written.
         name: String,
@@ -54,9 +54,7 @@ pub enum ConfigError {
         got: String,
     },
     /// A file that sweeps over several scenarios, where one is needed.
-    #[error(
-        "{name} declares the sweep `{sweep}`: it is for `swath evaluate`, one environment needs a file without [[sweep]]"
-    )]
+    #[error("{}", one_line(&format!("{name} declares the sweep `{sweep}`: it is for `swath evaluate`, one environment needs a file without [[sweep]]")))]
     Sweep {
         /// File or scenario name.
         name: String,
@@ -70,6 +68,14 @@ impl ConfigError {
     pub fn value(field: impl Into<String>, expected: impl Into<String>, got: impl Display) -> Self {
         Self::Value { field: field.into(), expected: expected.into(), got: got.to_string() }
     }
+}
+
+/// The same text with line breaks and other control characters written out: it may quote what somebody wrote.
+fn one_line(text: &str) -> String {
+    let breaks = |c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}');
+    text.chars()
+        .flat_map(|c| if breaks(c) { c.escape_default().collect() } else { vec![c] })
+        .collect()
 }
 
 fn hint(nearest: Option<&str>) -> String {

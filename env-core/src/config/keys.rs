@@ -28,9 +28,14 @@ pub fn from_table<T: JsonSchema + DeserializeOwned>(
 ) -> Result<T, ConfigError> {
     let known = leaves(&schema_of::<T>());
     refuse_unknown(&table, &known, "", prefix)?;
+    let written = table.clone();
     serde_path_to_error::deserialize(toml::Value::Table(table)).map_err(|error| {
-        let field = format!("{prefix}{}", error.path());
-        wrong_type(&field, error.inner().message())
+        let path = error.path().to_string();
+        let got = path
+            .split('.')
+            .try_fold(&toml::Value::Table(written), |value, name| value.get(name))
+            .map(ToString::to_string);
+        wrong_type(&format!("{prefix}{path}"), error.inner().message(), got)
     })
 }
 
@@ -77,16 +82,20 @@ fn refuse_unknown(
             other if is_block => {
                 return Err(ConfigError::value(format!("{prefix}{key}"), "a block of keys", other));
             }
-            _ => return Err(unknown(&key, known, prefix)),
+            other => return Err(unknown(&key, other.is_table(), known, prefix)),
         }
     }
     Ok(())
 }
 
-/// The error for `key`, with the nearest of the `known` keys and blocks if one is close enough to be meant.
-fn unknown(key: &str, known: &[String], prefix: &str) -> ConfigError {
+/// The error for `key`, with the nearest known key, or the nearest block if a block was written.
+fn unknown(key: &str, is_block: bool, known: &[String], prefix: &str) -> ConfigError {
     let blocks = known.iter().filter_map(|k| k.split_once('.').map(|(block, _)| block));
-    let nearest = nearest(key, known.iter().map(String::as_str).chain(blocks));
+    let nearest = if is_block {
+        nearest(key, blocks)
+    } else {
+        nearest(key, known.iter().map(String::as_str).chain(blocks))
+    };
     ConfigError::UnknownKey {
         key: format!("{prefix}{key}"),
         nearest: nearest.map(|candidate| format!("{prefix}{candidate}")),
@@ -114,17 +123,19 @@ fn likeness(key: &str, candidate: &str) -> f64 {
 /// Refuses a dotted key that is no leaf of a scenario.
 pub(super) fn check_leaf(key: &str) -> Result<(), ConfigError> {
     let known = leaves(&schema());
-    if known.iter().any(|k| k == key) { Ok(()) } else { Err(unknown(key, &known, "")) }
+    if known.iter().any(|k| k == key) { Ok(()) } else { Err(unknown(key, false, &known, "")) }
 }
 
-/// Puts serde's "invalid type: A, expected B" into our form.
-fn wrong_type(field: &str, message: &str) -> ConfigError {
-    let message = message.lines().next().unwrap_or(message).trim_end();
-    let Some((got, expected)) = message.split_once(", expected ") else {
-        return ConfigError::value(field, "readable", message);
+/// Puts serde's "invalid type: A, expected B" into our form; where it says B only, `written` is what was found.
+fn wrong_type(field: &str, message: &str, written: Option<String>) -> ConfigError {
+    let message = message.trim_end();
+    let (got, expected) = match message.split_once(", expected ") {
+        Some((got, expected)) => {
+            let got = got.split_once(": ").map_or(got, |(_, got)| got);
+            (got.trim_start_matches("unknown variant ").to_owned(), expected)
+        }
+        None => (written.unwrap_or_else(|| "something else".to_owned()), message),
     };
-    let got =
-        got.split_once(": ").map_or(got, |(_, got)| got).trim_start_matches("unknown variant ");
     let expected = match expected {
         "u32" | "u64" | "usize" => "a whole number >= 0",
         "f64" | "a float" => "a number",
