@@ -44,7 +44,8 @@ impl PastureConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         positive("pasture.length_m", self.length_m)?;
         positive("pasture.width_m", self.width_m)?;
-        let area_m2 = self.length_m * self.width_m;
+        // A strip narrower than a metre has a cell for each metre of its length all the same.
+        let area_m2 = self.length_m.max(1.0) * self.width_m.max(1.0);
         expect(
             area_m2 <= MAX_AREA_M2,
             "pasture.length_m x pasture.width_m",
