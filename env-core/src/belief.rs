@@ -55,14 +55,16 @@ impl SeenGround {
         }
         let (sin, cos) = math::sin_cos(bearing_rad);
         let (length_m, width_m) = self.grid.size_m();
-        let mut distance_m = 0.0;
-        while distance_m < cap_m {
+        // The samples on the pasture: those between entering and leaving both of its strips.
+        let (enter_x, leave_x) = strip_m(origin.x, cos, length_m);
+        let (enter_y, leave_y) = strip_m(origin.y, sin, width_m);
+        let mut distance_m = enter_x.max(enter_y).max(0.0).ceil();
+        let leave_m = leave_x.min(leave_y);
+        while distance_m < cap_m && distance_m <= leave_m {
             let point = Point::new(origin.x + distance_m * cos, origin.y + distance_m * sin);
-            if (0.0..=length_m).contains(&point.x) && (0.0..=width_m).contains(&point.y) {
-                let (column, row) = self.grid.cell_of(point);
-                if !self.is_seen(column, row) {
-                    return distance_m;
-                }
+            let (column, row) = self.grid.cell_of(point);
+            if !self.is_seen(column, row) {
+                return distance_m;
             }
             distance_m += 1.0;
         }
@@ -77,6 +79,16 @@ impl SeenGround {
             });
         }
     }
+}
+
+/// Where a ray enters and leaves the strip 0..=`size_m` of one axis, metres along it; `slope` is its progress on that axis.
+fn strip_m(from_m: f64, slope: f64, size_m: f64) -> (f64, f64) {
+    if slope.abs() < 1e-12 {
+        let is_inside = (0.0..=size_m).contains(&from_m);
+        return if is_inside { (0.0, f64::INFINITY) } else { (f64::INFINITY, 0.0) };
+    }
+    let (a, b) = (-from_m / slope, (size_m - from_m) / slope);
+    (a.min(b), a.max(b))
 }
 
 /// What the mower has learnt since reset.

@@ -87,6 +87,12 @@ pub(super) fn positive(field: &str, value: f64) -> Result<(), ConfigError> {
     expect(value.is_finite() && value > 0.0, field, "finite and > 0", value)
 }
 
+/// `Ok` for a length that a machine may have: a millimetre to a thousand kilometres.
+pub(super) fn machine_length(field: &str, value: f64) -> Result<(), ConfigError> {
+    positive(field, value)?;
+    expect((1e-3..=1e6).contains(&value), field, "from 0.001 to 1000000 m", value)
+}
+
 /// `Ok` if `holds`; written as the positive test by every caller, so that NaN fails it.
 pub(super) fn expect(
     holds: bool,

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::ConfigError;
-use super::error::{expect, positive};
+use super::error::{expect, machine_length, positive};
 
 /// Largest pasture, in square metres: 64 km2 take 8 MB a set of cells.
 const MAX_AREA_M2: f64 = 64e6;
@@ -104,14 +104,11 @@ impl WeedsConfig {
     pub(super) fn check(&self, pasture: &PastureConfig) -> Result<(), ConfigError> {
         expect(self.count <= MAX_WEEDS, "weeds.count", "at most 10000000", self.count)?;
         // A wider cluster would hardly ever hit the pasture, and drawing it would take for ever.
-        let widest_m = pasture.length_m + pasture.width_m;
-        let sigma_is_usable = self.sigma_m > 0.0 && self.sigma_m <= widest_m;
-        expect(
-            sigma_is_usable,
-            "weeds.sigma_m",
-            "> 0 and at most the pasture's length plus width",
-            self.sigma_m,
-        )?;
+        let (length_m, width_m) = (pasture.length_m, pasture.width_m);
+        let widest_m = length_m.max(width_m).min(10.0 * length_m.min(width_m));
+        let expected = format!("> 0 and at most {widest_m} m on this pasture");
+        let is_usable = self.sigma_m > 0.0 && self.sigma_m <= widest_m;
+        expect(is_usable, "weeds.sigma_m", &expected, self.sigma_m)?;
         expect(
             (0.0..=1.0).contains(&self.cluster_fraction),
             "weeds.cluster_fraction",
@@ -181,9 +178,9 @@ impl Default for MowerConfig {
 
 impl MowerConfig {
     pub(super) fn check(&self, pasture: &PastureConfig) -> Result<(), ConfigError> {
-        positive("mower.turning_radius_m", self.turning_radius_m)?;
+        machine_length("mower.turning_radius_m", self.turning_radius_m)?;
         positive("mower.speed_mps", self.speed_mps)?;
-        positive("mower.deck_width_m", self.deck_width_m)?;
+        machine_length("mower.deck_width_m", self.deck_width_m)?;
         let widest_m = pasture.width_m.min(pasture.length_m);
         let expected = format!("at most the pasture's smaller side, {widest_m} m");
         expect(self.deck_width_m <= widest_m, "mower.deck_width_m", &expected, self.deck_width_m)?;
@@ -218,8 +215,8 @@ impl Default for SensorConfig {
 
 impl SensorConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
-        positive("sensor.range_m", self.range_m)?;
-        positive("sensor.width_m", self.width_m)
+        machine_length("sensor.range_m", self.range_m)?;
+        machine_length("sensor.width_m", self.width_m)
     }
 }
 
