@@ -104,10 +104,11 @@ impl WeedsConfig {
     pub(super) fn check(&self, pasture: &PastureConfig) -> Result<(), ConfigError> {
         expect(self.count <= MAX_WEEDS, "weeds.count", "at most 10000000", self.count)?;
         // A wider cluster would hardly ever hit the pasture, and drawing it would take for ever.
-        let (length_m, width_m) = (pasture.length_m, pasture.width_m);
-        let widest_m = length_m.max(width_m).min(10.0 * length_m.min(width_m));
-        let expected = format!("> 0 and at most {widest_m} m on this pasture");
-        let is_usable = self.sigma_m > 0.0 && self.sigma_m <= widest_m;
+        let widest_m = 10.0 * pasture.length_m.min(pasture.width_m);
+        let is_drawable = self.distribution == Distribution::Uniform || self.sigma_m <= widest_m;
+        let expected =
+            format!("> 0 and at most ten times the pasture's smaller side, {widest_m} m");
+        let is_usable = self.sigma_m.is_finite() && self.sigma_m > 0.0 && is_drawable;
         expect(is_usable, "weeds.sigma_m", &expected, self.sigma_m)?;
         expect(
             (0.0..=1.0).contains(&self.cluster_fraction),
