@@ -51,6 +51,7 @@ impl Document {
         }
         let mut cells = Vec::new();
         for sweep in chosen {
+            self.refuse_redrawing(sweep)?;
             for table in product(&self.table, &sweep.axes) {
                 let scenario = self.resolve(table)?;
                 let values = columns
@@ -65,6 +66,22 @@ impl Document {
             }
         }
         Ok(cells)
+    }
+
+    /// Weeds that are given are not drawn: a sweep over their draw would run the same cell again and again.
+    fn refuse_redrawing(&self, sweep: &SweepEntry) -> Result<(), ConfigError> {
+        let given = ["positions_m", "file"];
+        let is_given =
+            |key: &str| self.table.get("weeds").and_then(|weeds| weeds.get(key)).is_some();
+        let draws = |key: &str| key.strip_prefix("weeds.").is_some_and(|key| !given.contains(&key));
+        match sweep.axes.iter().find(|(key, _)| draws(key)) {
+            Some((key, _)) if given.into_iter().any(is_given) => Err(ConfigError::value(
+                key,
+                "left out of sweeps where the weeds are given",
+                format!("it in `{}`", sweep.name),
+            )),
+            _ => Ok(()),
+        }
     }
 }
 

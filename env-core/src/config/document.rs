@@ -84,7 +84,7 @@ impl Document {
     ///
     /// Those of sweeps.
     pub fn from_table(name: &str, mut table: Table, folder: &Path) -> Result<Self, ConfigError> {
-        let sweeps = match table.remove("sweep") {
+        let sweeps: Vec<SweepEntry> = match table.remove("sweep") {
             None => Vec::new(),
             Some(Value::Array(entries)) => {
                 entries.into_iter().map(sweep_entry).collect::<Result<_, _>>()?
@@ -93,6 +93,15 @@ impl Document {
                 return Err(ConfigError::value("sweep", "one or more [[sweep]] tables", other));
             }
         };
+        for (index, sweep) in sweeps.iter().enumerate() {
+            if sweeps[..index].iter().any(|other| other.name == sweep.name) {
+                return Err(ConfigError::value(
+                    "sweep.name",
+                    "different for every sweep",
+                    &sweep.name,
+                ));
+            }
+        }
         Ok(Self { name: name.to_owned(), table, sweeps, folder: folder.to_owned() })
     }
 
@@ -142,7 +151,10 @@ impl Document {
                     file,
                 ));
             }
-            scenario.weeds.positions_m = Some(weed_file::read(&self.folder.join(&file), &file)?);
+            scenario.pasture.check()?;
+            let path = self.folder.join(&file);
+            let positions_m = weed_file::read(&path, &file, &scenario.pasture)?;
+            scenario.weeds.positions_m = Some(positions_m);
         }
         if let Some(positions_m) = &scenario.weeds.positions_m {
             scenario.weeds.count = u32::try_from(positions_m.len()).unwrap_or(u32::MAX);

@@ -42,12 +42,12 @@ pub enum ConfigError {
         message: String,
     },
     /// A line of a weed file that is not a weed.
-    #[error("{}", one_line(&format!("{name}, line {line}: expected {expected}, got {got}")))]
+    #[error("{}", one_line(&format!("{name}, line {line}: {expected}, got {got}")))]
     WeedFile {
         /// Path as written.
         name: String,
         /// Line number, from 1.
-        line: u64,
+        line: usize,
         /// What would be allowed.
         expected: String,
         /// What was found.

@@ -41,6 +41,16 @@ impl Default for PastureConfig {
 }
 
 impl PastureConfig {
+    /// Whether a point, x and y in metres, lies on the pasture.
+    pub(super) fn holds(&self, [x_m, y_m]: [f64; 2]) -> bool {
+        (0.0..=self.length_m).contains(&x_m) && (0.0..=self.width_m).contains(&y_m)
+    }
+
+    /// Where a point has to lie, in words.
+    pub(super) fn place(&self) -> String {
+        format!("on the pasture, 0..={} by 0..={} m", self.length_m, self.width_m)
+    }
+
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         positive("pasture.length_m", self.length_m)?;
         positive("pasture.width_m", self.width_m)?;
@@ -117,16 +127,8 @@ impl WeedsConfig {
             self.cluster_fraction,
         )?;
         for (index, &[x_m, y_m]) in self.positions_m.iter().flatten().enumerate() {
-            let is_inside =
-                (0.0..=pasture.length_m).contains(&x_m) && (0.0..=pasture.width_m).contains(&y_m);
-            let expected =
-                format!("on the pasture, 0..={} by 0..={} m", pasture.length_m, pasture.width_m);
-            expect(
-                is_inside,
-                &format!("weeds.positions_m[{index}]"),
-                &expected,
-                format!("[{x_m}, {y_m}]"),
-            )?;
+            let field = format!("weeds.positions_m[{index}]");
+            expect(pasture.holds([x_m, y_m]), &field, &pasture.place(), format!("[{x_m}, {y_m}]"))?;
         }
         Ok(())
     }
