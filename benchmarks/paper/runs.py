@@ -1,0 +1,160 @@
+"""The experiments of the paper, run or resumed, and their episodes as arrays."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+import swath
+
+Floats = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One part of the paper's evaluation.
+
+    Attributes:
+        name: Name of its folder and data file.
+        scenario: A shipped scenario.
+        only: The sweep of that scenario, or None.
+        agents: Who runs.
+        instances: Instances a cell.
+        axis: The swept key on the x axis of its figure, or None.
+    """
+
+    name: str
+    scenario: str
+    only: str | None
+    agents: tuple[str, ...]
+    instances: int
+    axis: str | None
+
+
+ONLINE = ("jump", "snake", "r-snake")
+EXPERIMENTS = (
+    Experiment(
+        "density",
+        "table1",
+        "density",
+        ("bcp", "bcp:spacing=sensor", "bcp-tsp", "react", *ONLINE),
+        100,
+        "weeds.count",
+    ),
+    Experiment("turning-radius", "table1", "turning-radius", ONLINE, 40, "mower.turning_radius_m"),
+    Experiment("sensor-width", "table1", "sensor-width", ONLINE, 40, "sensor.width_m"),
+    Experiment("sensor-range", "table1", "sensor-range", ONLINE, 40, "sensor.range_m"),
+    Experiment("field", "cowbot-field", None, ("bcp", *ONLINE), 200, None),
+)
+
+
+class Mean(NamedTuple):
+    """A mean with the half width of its 95 % interval."""
+
+    value: float
+    half_width: float
+
+    def __str__(self) -> str:
+        """The mean and its half width, one decimal."""
+        return f"{self.value:.1f} ± {self.half_width:.1f}"
+
+    @property
+    def low(self) -> float:
+        """Lower end of the interval."""
+        return self.value - self.half_width
+
+    @property
+    def high(self) -> float:
+        """Upper end of the interval."""
+        return self.value + self.half_width
+
+
+class Runs:
+    """The episodes of one experiment, read from its `episodes.csv`."""
+
+    def __init__(self, file: Path) -> None:
+        """Reads every episode of `file`; its rows come sorted by cell, agent and instance."""
+        with file.open(newline="") as stream:
+            self._rows = list(csv.DictReader(stream))
+        self._cells: dict[tuple[str, ...], list[dict[str, str]]] = {}
+        for row in self._rows:
+            swept = tuple(value for key, value in row.items() if "." in key)
+            self._cells.setdefault((row["agent"], *swept), []).append(row)
+
+    def cells(self, agent: str, **where: str | float) -> list[list[dict[str, str]]]:
+        """The rows of `agent`, one list a cell, each sorted by instance; `where` picks cells, with `__` for a dot."""
+        wanted = {key.replace("__", "."): value for key, value in where.items()}
+        return [
+            rows
+            for (name, *_), rows in self._cells.items()
+            if name == agent and all(_equal(rows[0][key], value) for key, value in wanted.items())
+        ]
+
+    def values(self, key: str) -> list[float]:
+        """Every value of a swept key, ascending."""
+        return sorted({float(row[key]) for row in self._rows})
+
+    def outcomes(self) -> dict[str, int]:
+        """How many episodes ended in which way."""
+        outcomes: dict[str, int] = {}
+        for row in self._rows:
+            outcomes[row["outcome"]] = outcomes.get(row["outcome"], 0) + 1
+        return outcomes
+
+    def mean(self, agent: str, measure: str, **where: str | float) -> Mean:
+        """Mean of a measure over the cells that `where` picks, each cell counting the same."""
+        return stratified([measured(rows, measure) for rows in self.cells(agent, **where)])
+
+    def difference(self, agent: str, other: str, measure: str, **where: str | float) -> Mean:
+        """Mean of `agent` minus `other` on the same instances, over the cells that `where` picks."""
+        pairs = zip(self.cells(agent, **where), self.cells(other, **where), strict=True)
+        return stratified([measured(mine, measure) - measured(theirs, measure) for mine, theirs in pairs])
+
+    def each(self, agent: str, measure: str, **where: str | float) -> Floats:
+        """A measure of every episode that `where` picks, by cell and instance."""
+        return np.concatenate([measured(rows, measure) for rows in self.cells(agent, **where)])
+
+
+def measured(rows: list[dict[str, str]], measure: str) -> Floats:
+    """One measure of some episodes: `path`, `mowed` or `detected` in per cent, `length` in metres."""
+
+    def column(name: str) -> Floats:
+        return np.array([float(row[name]) for row in rows])
+
+    if measure == "path":
+        return 100 * column("path_fraction")
+    if measure == "length":
+        return column("path_length_m")
+    return 100 * column(f"weeds_{measure}") / column("weeds_total")
+
+
+def stratified(cells: list[Floats]) -> Mean:
+    """Mean over cells of equal weight, with a 95 % interval from the spread within cells (normal quantile)."""
+    mean = float(np.mean([cell.mean() for cell in cells]))
+    variance = sum(float(cell.var(ddof=1)) / cell.size for cell in cells) / len(cells) ** 2
+    return Mean(mean, 1.96 * math.sqrt(variance))
+
+
+def run(experiment: Experiment, folder: Path, jobs: int | None) -> Runs:
+    """Runs an experiment, or what is left of it, and reads its episodes."""
+    out = folder / experiment.name
+    swath.evaluate(
+        list(experiment.agents),
+        scenario=experiment.scenario,
+        only=experiment.only,
+        instances=experiment.instances,
+        jobs=jobs,
+        out=out,
+        progress=True,
+    )
+    return Runs(out / "episodes.csv")
+
+
+def _equal(text: str, value: str | float) -> bool:
+    return text == value if isinstance(value, str) else float(text) == value
