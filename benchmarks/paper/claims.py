@@ -207,7 +207,7 @@ def field_claims(runs: Runs) -> list[Claim]:
             Claim(
                 f"{agent.upper()} drove {printed_m} m on one draw of 14 weeds, and mowed all of them",
                 "VIII",
-                f"{lengths.mean():.1f} ± {lengths.std(ddof=1):.1f} m (mean ± standard deviation, {lengths.size} draws); "
+                f"{lengths.mean():.1f} ± {lengths.std(ddof=1):.1f} m (mean ± sd of {lengths.size} draws); "
                 f"{printed_m} m is at percentile {percentile:.1f}; all 14 mowed in {complete}",
                 True if 5 <= percentile <= 95 else (None if 1 <= percentile <= 99 else False),
             )
