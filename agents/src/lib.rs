@@ -3,7 +3,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`agent`] | the trait of every agent: asked at every step, it sees a `View` and answers with a `Decision` |
-//! | [`route`], [`line`], [`tour`] | what planners are built from: a path being driven, a straight being held, an order of visits |
+//! | [`pass`], [`route`], [`tour`] | what planners are built from: a straight being held, a path being driven, an order of visits |
 //! | [`routing`] | the planners of the mower routing problem, Maini, Gonultas & Isler (2022) |
 //! | [`registry`] | every agent by its name, with its options |
 //! | [`tracker`] | a planner followed by a mower that is told one curvature a control period |
@@ -22,7 +22,7 @@
 //! ```
 
 pub mod agent;
-pub mod line;
+pub mod pass;
 pub mod registry;
 pub mod route;
 pub mod routing;

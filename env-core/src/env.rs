@@ -12,13 +12,13 @@ pub use summary::Summary;
 use crate::action::{ActionDecoder, ActionError, Command};
 use crate::belief::Belief;
 use crate::config::{NamedStart, Start, ValidScenario};
-use crate::deck::{Cut, Deck};
+use crate::deck::Deck;
 use crate::episode::{End, Episode, Limits};
 use crate::geometry::{Point, Pose};
 use crate::grid::Grid;
-use crate::mower::{Mower, Stretch};
+use crate::mower::Mower;
 use crate::observation::{Feature, FeatureEncoder};
-use crate::reward::RewardTerms;
+use crate::reward::{RewardTerms, Tally};
 use crate::rng::{self, Stream};
 use crate::sensor::Sensor;
 use crate::site::Site;
@@ -147,7 +147,7 @@ impl Env {
         Ok(Step { is_clipped, ..step })
     }
 
-    /// Carries out one command of any length; the phases of a step between action and observation.
+    /// Carries out one command of any length: the phases of a step between action and observation.
     ///
     /// # Errors
     ///
@@ -159,7 +159,7 @@ impl Env {
         for stretch in self.mower.motion(command) {
             self.mower.follow(&stretch); // mower
             let cut = self.deck.mow(&stretch, &mut self.weeds); // deck
-            tally.add(&stretch, &cut);
+            tally.add(stretch.length_m, cut.mowed.len());
             self.belief.absorb_cut(&cut);
             if stretch.ends_at_look {
                 let percept = self.sensor.look(stretch.end, &mut self.weeds); // sensor
@@ -171,20 +171,10 @@ impl Env {
         }
         let view = View::new(&self.site, &self.mower, &self.belief);
         let end = self.episode.judge(&view, &self.limits); // end
-        let forfeit_m = if end.is_failure() { self.limits.forfeit_m(view.path_m) } else { 0.0 };
-        let terms = RewardTerms::score(
-            &self.scenario.reward,
-            tally.weeds_mowed,
-            tally.distance_m,
-            forfeit_m,
-        ); // reward
-        Ok(Step {
-            terms,
-            end,
-            weeds_mowed: tally.weeds_mowed,
-            distance_m: tally.distance_m,
-            is_clipped: false,
-        })
+        tally.forfeit_m = self.limits.forfeit_m(end, view.path_m);
+        let terms = RewardTerms::score(&self.scenario.reward, &tally); // reward
+        let Tally { weeds_mowed, distance_m, .. } = tally;
+        Ok(Step { terms, end, weeds_mowed, distance_m, is_clipped: false })
     }
 
     /// Writes the present observation.
@@ -194,7 +184,7 @@ impl Env {
     /// If `observation` does not have as many places as [`Env::observation_spec`].
     pub fn observe(&mut self, observation: &mut [f32]) {
         let view = View::new(&self.site, &self.mower, &self.belief);
-        self.encoder.encode(&view, observation); // 8 observation
+        self.encoder.encode(&view, observation);
     }
 
     /// All that an agent may know.
@@ -237,21 +227,6 @@ impl Env {
     #[must_use]
     pub fn weeds(&self) -> &Weeds {
         &self.weeds
-    }
-}
-
-/// What a step has brought so far.
-#[derive(Default)]
-struct Tally {
-    weeds_mowed: u32,
-    distance_m: f64,
-}
-
-impl Tally {
-    fn add(&mut self, stretch: &Stretch, cut: &Cut) {
-        self.weeds_mowed +=
-            u32::try_from(cut.mowed.len()).expect("a scenario holds at most ten million weeds");
-        self.distance_m += stretch.length_m;
     }
 }
 

@@ -100,10 +100,13 @@ impl Limits {
         Command { distance_m: command.distance_m.min(self.budget_m - path_m).max(0.0), ..command }
     }
 
-    /// The way that a failure after `path_m` is charged for: the rest of the budget, or one boustrophedon path where the
-    /// budget has no end.
+    /// The way that a failure after `path_m` is charged for, metres: the rest of the budget, or one boustrophedon path
+    /// where the budget has no end; 0 if `end` is no failure.
     #[must_use]
-    pub fn forfeit_m(&self, path_m: f64) -> f64 {
+    pub fn forfeit_m(&self, end: End, path_m: f64) -> f64 {
+        if !end.is_failure() {
+            return 0.0;
+        }
         if self.budget_m.is_finite() { self.budget_m - path_m } else { self.bcp_length_m }
     }
 

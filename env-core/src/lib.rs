@@ -15,7 +15,7 @@
 //! | [`deck`] | **where a weed is mowed** |
 //! | [`sensor`], [`belief`], [`view`] | **who may see it**: what a look shows, what the mower remembers, what an agent gets |
 //! | [`reward`], [`episode`] | **what it is worth**, and when it ends |
-//! | [`observation`], [`env`] | numbers for learners, and the step that joins all of this |
+//! | [`observation`], [`mod@env`] | numbers for learners, and the step that joins all of this |
 //!
 //! ```
 //! use swath_core::{action::Command, config::Document, env::Env};

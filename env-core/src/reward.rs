@@ -2,6 +2,26 @@
 
 use crate::config::RewardConfig;
 
+/// What a step brought that is worth something.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Tally {
+    /// Weeds mowed.
+    pub weeds_mowed: u32,
+    /// Way driven, metres.
+    pub distance_m: f64,
+    /// Way charged for a failure, metres.
+    pub forfeit_m: f64,
+}
+
+impl Tally {
+    /// Adds a stretch of `length_m` that mowed `weeds` weeds.
+    pub fn add(&mut self, length_m: f64, weeds: usize) {
+        self.distance_m += length_m;
+        self.weeds_mowed +=
+            u32::try_from(weeds).expect("a scenario holds at most ten million weeds");
+    }
+}
+
 /// The named terms of a reward; their sum is the reward.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RewardTerms {
@@ -14,14 +34,14 @@ pub struct RewardTerms {
 }
 
 impl RewardTerms {
-    /// The terms of a step that mowed `weeds` weeds on `path_m` metres; a failure is charged for `forfeit_m` more.
+    /// The terms of a step.
     #[must_use]
-    pub fn score(weights: &RewardConfig, weeds: u32, path_m: f64, forfeit_m: f64) -> Self {
+    pub fn score(weights: &RewardConfig, tally: &Tally) -> Self {
         let charge = |metres: f64| 0.0 - weights.path_per_m * metres;
         Self {
-            weed: weights.weed * f64::from(weeds),
-            path: charge(path_m),
-            failure: charge(forfeit_m),
+            weed: weights.weed * f64::from(tally.weeds_mowed),
+            path: charge(tally.distance_m),
+            failure: charge(tally.forfeit_m),
         }
     }
 

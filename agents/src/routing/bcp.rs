@@ -7,7 +7,7 @@ use swath_core::site::{Site, passes};
 use swath_core::view::View;
 
 use crate::agent::{Agent, Decision};
-use crate::line::Heading;
+use crate::pass::Heading;
 use crate::route::{ARRIVED_M, Route};
 
 /// How far apart the passes lie.

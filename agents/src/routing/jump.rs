@@ -4,7 +4,7 @@ use swath_core::geometry::{Point, Pose, Word};
 use swath_core::view::View;
 
 use crate::agent::{Agent, Decision, PIECE_M, safety_cap_m};
-use crate::line::Heading;
+use crate::pass::Heading;
 use crate::route::{ARRIVED_M, Route};
 
 /// A weed this close outside the bar is under it, metres; the deck counts it as mowed too.

@@ -4,7 +4,7 @@ use swath_core::geometry::{Pose, Word};
 use swath_core::view::View;
 
 use crate::agent::{Agent, Decision, PIECE_M, safety_cap_m};
-use crate::line::Heading;
+use crate::pass::Heading;
 use crate::route::{ARRIVED_M, Route};
 
 /// A weed less far ahead than this is not ahead any more, metres.
