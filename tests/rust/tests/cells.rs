@@ -1,0 +1,250 @@
+//! The grid loses no cell: what a shape reaches is found whatever its size and place, every cell once, and the counts are right.
+
+use std::collections::BTreeSet;
+
+use proptest::prelude::*;
+use swath_core::geometry::{Arc, BarSweep, Footprint, Limits, Point, Pose, Triangle};
+use swath_core::grid::{CellSet, Grid, Reach};
+use swath_tests::cases::cases;
+
+/// Either of the two shapes that a mower puts on the ground.
+#[derive(Debug, Clone)]
+enum Shape {
+    Triangle(Triangle),
+    Sweep(BarSweep),
+}
+
+impl Footprint for Shape {
+    fn contains(&self, point: Point) -> bool {
+        match self {
+            Self::Triangle(triangle) => triangle.contains(point),
+            Self::Sweep(sweep) => sweep.contains(point),
+        }
+    }
+
+    fn y_range(&self) -> (f64, f64) {
+        match self {
+            Self::Triangle(triangle) => triangle.y_range(),
+            Self::Sweep(sweep) => sweep.y_range(),
+        }
+    }
+
+    fn limits(&self) -> &Limits {
+        match self {
+            Self::Triangle(triangle) => triangle.limits(),
+            Self::Sweep(sweep) => sweep.limits(),
+        }
+    }
+}
+
+/// Grids of one cell, of one row or column, around the 64 cells of a machine word, of whole metres and others.
+fn grids() -> impl Strategy<Value = Grid> {
+    let columns = prop_oneof![
+        Just(1.0),
+        Just(63.0),
+        Just(64.0),
+        Just(65.0),
+        Just(128.0),
+        Just(129.0),
+        0.2..70.0
+    ];
+    let rows = prop_oneof![Just(1.0), (1..30_u32).prop_map(f64::from), 0.2..30.0];
+    (columns, rows).prop_map(|(length_m, width_m)| Grid::new(length_m, width_m))
+}
+
+/// A heading: along an axis to the bit, almost along it, or any.
+fn headings() -> impl Strategy<Value = f64> + Clone {
+    let quarter = (0..4_i32).prop_map(|quarters| f64::from(quarters) * std::f64::consts::FRAC_PI_2);
+    let almost = (quarter.clone(), -12.0..-5.0_f64).prop_map(|(q, e)| q + 10.0_f64.powf(e));
+    prop_oneof![quarter, almost, -7.0..7.0]
+}
+
+/// A shape and a point in it, somewhere on, across or beside a pasture of `length_m` by `width_m`.
+fn shapes(length_m: f64, width_m: f64) -> impl Strategy<Value = (Shape, Point)> {
+    let pose = (-15.0..length_m + 15.0, -15.0..width_m + 15.0, headings())
+        .prop_map(|(x_m, y_m, heading_rad)| Pose::new(x_m, y_m, heading_rad));
+    let triangle = (pose.clone(), 0.3..40.0, 0.1..40.0, 0.0..=1.0, -1.0..=1.0).prop_map(
+        |(pose, range_m, wide_m, along, across)| {
+            let in_it = Point::new(along * range_m, 0.5 * along * across * wide_m);
+            (Shape::Triangle(Triangle::new(pose, range_m, wide_m)), pose.world_from_mower() * in_it)
+        },
+    );
+    let sweep = (pose, -2.0..2.0_f64, 0.0..=1.0, 0.1..8.0, (0.0..=1.0, -1.0..=1.0)).prop_map(
+        |(start, curvature_per_m, share, wide_m, (along, across))| {
+            let longest_m = (3.1 / curvature_per_m.abs().max(0.1)).min(20.0);
+            let arc = Arc { start, curvature_per_m, length_m: share * longest_m };
+            let pose = arc.at(along * arc.length_m);
+            let in_it = pose.world_from_mower() * Point::new(0.0, 0.5 * across * wide_m);
+            (Shape::Sweep(BarSweep::new(&arc, wide_m)), in_it)
+        },
+    );
+    prop_oneof![triangle, sweep]
+}
+
+fn grids_and_shapes() -> impl Strategy<Value = (Grid, Shape, Point)> {
+    grids().prop_flat_map(|grid| {
+        let (length_m, width_m) = grid.size_m();
+        (Just(grid), shapes(length_m, width_m))
+            .prop_map(|(grid, (shape, point))| (grid, shape, point))
+    })
+}
+
+fn all_cells(grid: &Grid) -> Vec<(usize, usize)> {
+    (0..grid.rows()).flat_map(|row| (0..grid.columns()).map(move |column| (column, row))).collect()
+}
+
+/// The cells of `set` that a shape may reach, in the order in which they are visited.
+fn reached(grid: &Grid, set: &CellSet, shape: &Shape, reach: Reach) -> Vec<(usize, usize)> {
+    let mut visited = Vec::new();
+    set.clone().remove_where(grid, shape, reach, |column, row| {
+        visited.push((column, row));
+        false
+    });
+    visited
+}
+
+proptest! {
+    #![proptest_config(cases())]
+
+    #[test]
+    fn no_cell_is_lost_whose_centre_lies_in_a_shape((grid, shape, _) in grids_and_shapes()) {
+        let visited: BTreeSet<_> =
+            reached(&grid, &CellSet::full(&grid), &shape, Reach::Centre).into_iter().collect();
+        for (column, row) in all_cells(&grid) {
+            let is_inside = shape.contains(grid.centre(column, row));
+            prop_assert!(!is_inside || visited.contains(&(column, row)), "{column}, {row}");
+        }
+    }
+
+    #[test]
+    fn no_cell_is_lost_of_which_any_point_lies_in_a_shape((grid, shape, point) in grids_and_shapes()) {
+        let (length_m, width_m) = grid.size_m();
+        if (0.0..=length_m).contains(&point.x) && (0.0..=width_m).contains(&point.y) {
+            let cell = grid.cell_of(point);
+            let visited = reached(&grid, &CellSet::full(&grid), &shape, Reach::Touch);
+            prop_assert!(visited.contains(&cell), "{cell:?} holds {point}");
+        }
+    }
+
+    #[test]
+    fn every_cell_is_visited_once_rows_upwards_columns_ascending(
+        (grid, shape, _) in grids_and_shapes(), is_touch in any::<bool>(),
+    ) {
+        let reach = if is_touch { Reach::Touch } else { Reach::Centre };
+        let visited = reached(&grid, &CellSet::full(&grid), &shape, reach);
+        let is_before = |a: &(usize, usize), b: &(usize, usize)| (a.1, a.0) < (b.1, b.0);
+        prop_assert!(visited.windows(2).all(|pair| is_before(&pair[0], &pair[1])), "{visited:?}");
+        prop_assert!(visited.iter().all(|&(c, r)| c < grid.columns() && r < grid.rows()));
+    }
+
+    /// Removing what lies in a shape leaves the rest, and as many as were counted.
+    #[test]
+    fn removed_cells_are_gone_the_others_stay_and_the_count_is_right(
+        (grid, shape, _) in grids_and_shapes(), thinned_by in 1..5_usize,
+    ) {
+        let mut set = CellSet::empty(&grid);
+        let members: Vec<_> =
+            all_cells(&grid).into_iter().filter(|&(c, r)| (c + 3 * r).is_multiple_of(thinned_by)).collect();
+        for &(column, row) in &members {
+            set.insert(&grid, column, row);
+            set.insert(&grid, column, row);
+        }
+        prop_assert_eq!(set.len(), members.len());
+        let is_in_shape = |column, row| shape.contains(grid.centre(column, row));
+        let removed = set.remove_where(&grid, &shape, Reach::Centre, is_in_shape);
+        let (inside, outside): (Vec<(usize, usize)>, Vec<_>) =
+            members.iter().partition(|&&(c, r)| is_in_shape(c, r));
+        prop_assert_eq!(removed, inside.len());
+        prop_assert_eq!(set.len(), outside.len());
+        prop_assert_eq!(set.is_empty(), outside.is_empty());
+        let left: Vec<_> =
+            all_cells(&grid).into_iter().filter(|&(c, r)| set.contains(&grid, c, r)).collect();
+        prop_assert_eq!(left, outside);
+    }
+
+    #[test]
+    fn only_cells_of_the_set_are_visited((grid, shape, _) in grids_and_shapes(), keep in 1..7_usize) {
+        let mut set = CellSet::empty(&grid);
+        for (column, row) in all_cells(&grid) {
+            if (5 * column + row).is_multiple_of(keep) {
+                set.insert(&grid, column, row);
+            }
+        }
+        let of_all = reached(&grid, &CellSet::full(&grid), &shape, Reach::Touch);
+        let expected: Vec<_> = of_all.into_iter().filter(|&(c, r)| set.contains(&grid, c, r)).collect();
+        prop_assert_eq!(reached(&grid, &set, &shape, Reach::Touch), expected);
+    }
+
+    #[test]
+    fn a_set_comes_back_from_its_words((grid, shape, _) in grids_and_shapes()) {
+        let mut set = CellSet::full(&grid);
+        set.remove_where(&grid, &shape, Reach::Touch, |column, row| (column + row).is_multiple_of(2));
+        let words = set.words().to_vec();
+        let back = CellSet::from_words(&grid, words.clone());
+        prop_assert_eq!(back.as_ref(), Some(&set));
+        let bits: u32 = words.iter().map(|word| word.count_ones()).sum();
+        prop_assert_eq!(bits as usize, set.len());
+        let longer = [words.clone(), vec![0]].concat();
+        prop_assert_eq!(CellSet::from_words(&grid, longer), None);
+        prop_assert_eq!(CellSet::from_words(&grid, words[1..].to_vec()), None);
+    }
+}
+
+#[test]
+fn a_bit_outside_the_grid_makes_no_set() {
+    for columns in [1.0, 63.0, 65.0, 129.0] {
+        let grid = Grid::new(columns, 3.0);
+        let mut words = CellSet::full(&grid).words().to_vec();
+        let last = words.len() - 1;
+        assert!(CellSet::from_words(&grid, words.clone()).is_some());
+        words[last] = u64::MAX;
+        assert_eq!(CellSet::from_words(&grid, words), None, "{columns} columns");
+    }
+    assert!(CellSet::from_words(&Grid::new(64.0, 1.0), vec![u64::MAX]).is_some());
+}
+
+#[test]
+fn a_pasture_of_whole_metres_is_cut_into_square_metres_and_others_evenly() {
+    for (length_m, width_m, columns, rows) in [
+        (1.0, 1.0, 1, 1),
+        (100.0, 40.0, 100, 40),
+        (36.0, 26.0, 36, 26),
+        (63.0, 64.0, 63, 64),
+        (129.0, 65.0, 129, 65),
+        (0.3, 0.3, 1, 1),
+        (10.5, 7.01, 11, 8),
+        // 26 m as twenty decks of 1.3 m, which rounding makes a little more.
+        (20.0 * 1.3, 3.0 * 1.1, 26, 4),
+    ] {
+        let grid = Grid::new(length_m, width_m);
+        assert_eq!((grid.columns(), grid.rows()), (columns, rows), "{length_m} x {width_m} m");
+        assert_eq!(grid.cells(), columns * rows);
+        let (x_m, y_m) = grid.size_m();
+        assert!((x_m - length_m).abs() < 1e-9 && (y_m - width_m).abs() < 1e-9);
+        assert_eq!(CellSet::full(&grid).len(), columns * rows);
+        assert_eq!(CellSet::empty(&grid).len(), 0);
+        for (column, row) in all_cells(&grid) {
+            let centre = grid.centre(column, row);
+            let expected = Point::new(
+                (column as f64 + 0.5) * length_m / columns as f64,
+                (row as f64 + 0.5) * width_m / rows as f64,
+            );
+            assert!((centre - expected).norm() < 1e-9);
+            assert_eq!(grid.cell_of(centre), (column, row));
+        }
+    }
+}
+
+#[test]
+fn points_beside_the_pasture_belong_to_its_nearest_cell() {
+    let grid = Grid::new(10.0, 5.0);
+    for (point, cell) in [
+        ((-3.0, 2.5), (0, 2)),
+        ((10.0, 5.0), (9, 4)),
+        ((99.0, -1.0), (9, 0)),
+        ((4.5, 1e9), (4, 4)),
+        ((0.0, 0.0), (0, 0)),
+    ] {
+        assert_eq!(grid.cell_of(Point::new(point.0, point.1)), cell, "{point:?}");
+    }
+}

@@ -1,0 +1,174 @@
+//! The fairness line: what an agent sees depends on what was detected and on nothing else. Two truths that differ in
+//! undetected weeds look the same, to the bit, from the first step to the last.
+
+#![cfg(test)] // for helpers, too, an unwrap is a failing test
+
+use proptest::prelude::*;
+use swath_core::env::{Beginning, Env};
+use swath_core::geometry::{Point, Pose};
+use swath_core::site::Site;
+use swath_core::view::View;
+use swath_tests::cases::cases;
+use swath_tests::scene::{Scene, scenes};
+
+/// Everything that a view holds, with every number as its bits.
+///
+/// Taken apart field by field: a field that is added to the view or to the site has to be judged here before this compiles.
+#[derive(Debug, PartialEq)]
+struct Sight {
+    site: Vec<u64>,
+    mower: Vec<u64>,
+    known_weeds: Vec<(u32, u64, u64)>,
+    weeds_detected: u32,
+    unseen: Vec<(usize, usize)>,
+}
+
+fn sight(view: &View) -> Sight {
+    let View { site, pose, path_m, known_weeds, weeds_detected, ground } = *view;
+    let Site {
+        length_m,
+        width_m,
+        headland_m,
+        deck_width_m,
+        turning_radius_m,
+        speed_mps,
+        sensor_range_m,
+        sensor_width_m,
+        control_distance_m,
+        bcp_length_m,
+    } = *site;
+    let Pose { x_m, y_m, heading_rad } = pose;
+    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect();
+    let grid = ground.grid();
+    Sight {
+        site: bits(&[
+            length_m,
+            width_m,
+            headland_m,
+            deck_width_m,
+            turning_radius_m,
+            speed_mps,
+            sensor_range_m,
+            sensor_width_m,
+            control_distance_m,
+            bcp_length_m,
+        ]),
+        mower: bits(&[x_m, y_m, heading_rad, path_m]),
+        known_weeds: known_weeds
+            .iter()
+            .map(|weed| (weed.number, weed.position.x.to_bits(), weed.position.y.to_bits()))
+            .collect(),
+        weeds_detected,
+        unseen: (0..grid.rows())
+            .flat_map(|row| (0..grid.columns()).map(move |column| (column, row)))
+            .filter(|&(column, row)| !ground.is_seen(column, row))
+            .collect(),
+    }
+}
+
+fn observation(env: &mut Env) -> Vec<u32> {
+    let mut observation = vec![0.0; env.observation_spec().len()];
+    env.observe(&mut observation);
+    observation.iter().map(|value| value.to_bits()).collect()
+}
+
+/// What an agent is shown at the start and after each command.
+fn sights(scene: &Scene) -> Vec<(Sight, Vec<u32>)> {
+    let mut env = scene.env();
+    let mut sights = vec![(sight(&env.view()), observation(&mut env))];
+    for &command in &scene.drive {
+        env.drive(command).unwrap();
+        sights.push((sight(&env.view()), observation(&mut env)));
+    }
+    sights
+}
+
+/// The same scene with the weeds that it never detects taken away.
+fn without_undetected(scene: &Scene) -> Scene {
+    let env = scene.driven();
+    let detected = env.weeds().is_detected();
+    let weeds = scene.weeds.iter().zip(detected).filter(|(_, is)| **is).map(|(weed, _)| *weed);
+    Scene { weeds: weeds.collect(), ..scene.clone() }
+}
+
+/// The same scene with weeds added that it does not detect, among the others at these places of the list.
+fn with_undetected(scene: &Scene, added: &[(Point, prop::sample::Index)]) -> Scene {
+    let strangers = Scene { weeds: added.iter().map(|(weed, _)| *weed).collect(), ..scene.clone() };
+    let env = strangers.driven();
+    let mut weeds = scene.weeds.clone();
+    for ((weed, place), is_detected) in added.iter().zip(env.weeds().is_detected()) {
+        if !is_detected {
+            weeds.insert(place.index(weeds.len() + 1), *weed);
+        }
+    }
+    Scene { weeds, ..scene.clone() }
+}
+
+/// A scene, and weeds to be added to it.
+fn scenes_and_strangers() -> impl Strategy<Value = (Scene, Vec<(Point, prop::sample::Index)>)> {
+    scenes().prop_flat_map(|scene| {
+        let (length_m, width_m) = (scene.scenario.pasture.length_m, scene.scenario.pasture.width_m);
+        let point = (0.0..=length_m, 0.0..=width_m).prop_map(|(x, y)| Point::new(x, y));
+        let strangers = proptest::collection::vec((point, any::<prop::sample::Index>()), 1..80);
+        (Just(scene), strangers)
+    })
+}
+
+proptest! {
+    #![proptest_config(cases())]
+
+    #[test]
+    fn undetected_weeds_that_vanish_change_nothing_that_is_seen(scene in scenes()) {
+        let fewer = without_undetected(&scene);
+        prop_assert_eq!(sights(&scene), sights(&fewer));
+    }
+
+    #[test]
+    fn undetected_weeds_that_appear_change_nothing_that_is_seen(
+        (scene, strangers) in scenes_and_strangers(),
+    ) {
+        let more = with_undetected(&scene, &strangers);
+        prop_assert_eq!(sights(&scene), sights(&more));
+    }
+
+    #[test]
+    fn undetected_weeds_that_move_change_nothing_that_is_seen(
+        (scene, strangers) in scenes_and_strangers(),
+    ) {
+        let moved = with_undetected(&without_undetected(&scene), &strangers);
+        prop_assert_eq!(sights(&scene), sights(&moved));
+    }
+
+    /// The seed says where weeds stand, so it must not be seen either.
+    #[test]
+    fn the_seed_changes_nothing_that_is_seen(
+        scene in scenes(), seed in any::<u64>(), other_seed in any::<u64>(),
+    ) {
+        let valid = scene.valid();
+        let seen_with = |seed: u64, episode: u32| {
+            let beginning = Beginning { weeds: Some(&scene.weeds), start: Some(scene.start) };
+            let mut env = Env::new(&valid);
+            env.reset_from(seed, beginning);
+            for _ in 0..episode {
+                env.reset_next(beginning);
+            }
+            for &command in &scene.drive {
+                let _ = env.drive(command);
+            }
+            (sight(&env.view()), observation(&mut env))
+        };
+        prop_assert_eq!(seen_with(seed, 0), seen_with(other_seed, 3));
+    }
+
+    /// How many weeds there are, and how they are spread, is not public: it is in no number of the site.
+    #[test]
+    fn what_is_said_about_weeds_beforehand_changes_nothing_that_is_seen(
+        scene in scenes(), count in 0..500_u32,
+    ) {
+        let mut told_otherwise = scene.clone();
+        told_otherwise.scenario.weeds.count = count;
+        told_otherwise.scenario.weeds.sigma_m = 1.5;
+        told_otherwise.scenario.weeds.cluster_fraction = 0.7;
+        prop_assert_eq!(sights(&scene), sights(&told_otherwise));
+    }
+}

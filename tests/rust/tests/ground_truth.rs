@@ -1,0 +1,236 @@
+//! A whole drive against the rules of the problem: which weeds it mows, which it detects and in what order, which ground it
+//! sees, each found by going through everything there is.
+
+#![cfg(test)] // for helpers, too, an unwrap is a failing test
+
+use std::f64::consts::FRAC_PI_2;
+
+use proptest::prelude::*;
+use swath_core::action::Command;
+use swath_core::config::{Scenario, Start};
+use swath_core::env::Env;
+use swath_core::geometry::Point;
+use swath_tests::cases::cases;
+use swath_tests::oracle::{BAND_M, Course, Fate};
+use swath_tests::scene::{Scene, scenes};
+
+fn course_of(scene: &Scene) -> Course {
+    Course::new(scene.start, &scene.drive, &scene.scenario.mower, &scene.scenario.sensor)
+}
+
+/// What the drive does to every weed.
+fn fates_of(scene: &Scene) -> Vec<Fate> {
+    let course = course_of(scene);
+    scene.weeds.iter().map(|&weed| course.fate(weed)).collect()
+}
+
+proptest! {
+    #![proptest_config(cases())]
+
+    #[test]
+    fn a_drive_mows_every_weed_that_the_bar_passes_over_and_no_other(scene in scenes()) {
+        let env = scene.driven();
+        let fates = fates_of(&scene);
+        for (number, fate) in fates.iter().enumerate().filter(|(_, fate)| !fate.is_close) {
+            let is_mowed = env.weeds().is_mowed()[number];
+            prop_assert_eq!(is_mowed, fate.swept_m.is_some(), "{} {:?}", scene.weeds[number], fate);
+        }
+        prop_assert!(fates.iter().filter(|fate| fate.is_close).count() < 4, "too close to borders");
+    }
+
+    #[test]
+    fn a_drive_detects_every_weed_that_a_look_shows_before_it_is_mowed_and_no_other(
+        scene in scenes(),
+    ) {
+        let env = scene.driven();
+        let fates = fates_of(&scene);
+        for (number, fate) in fates.iter().enumerate().filter(|(_, fate)| !fate.is_close_call()) {
+            let is_detected = env.weeds().is_detected()[number];
+            prop_assert_eq!(is_detected, fate.is_detected(), "{} {:?}", scene.weeds[number], fate);
+        }
+    }
+
+    /// A cell is seen when its centre was in the triangle at a look, or under the bar.
+    #[test]
+    fn a_drive_sees_every_cell_whose_centre_was_shown_or_swept_and_no_other(scene in scenes()) {
+        let (env, course) = (scene.driven(), course_of(&scene));
+        let view = env.view();
+        let grid = view.ground.grid();
+        let (mut least, mut most) = (0, 0);
+        for row in 0..grid.rows() {
+            for column in 0..grid.columns() {
+                let fate = course.fate(grid.centre(column, row));
+                let is_surely_seen = fate.shown_m.is_some() || fate.swept_m.is_some();
+                least += usize::from(is_surely_seen);
+                most += usize::from(is_surely_seen || fate.is_close);
+                if is_surely_seen || !fate.is_close {
+                    let is_seen = view.ground.is_seen(column, row);
+                    prop_assert_eq!(is_seen, is_surely_seen, "{}, {} {:?}", column, row, fate);
+                }
+            }
+        }
+        let seen = grid.cells() - view.ground.unseen_count();
+        prop_assert!((least..=most).contains(&seen), "{seen} cells, not {least} to {most}");
+        let fraction = seen as f64 / grid.cells() as f64;
+        prop_assert!((view.ground.fraction() - fraction).abs() < 1e-12);
+    }
+
+    /// Known weeds are those detected and not mowed, by the look that showed them first, weeds of one look by their number.
+    #[test]
+    fn known_weeds_are_those_detected_and_not_mowed_in_the_order_of_detection(scene in scenes()) {
+        let env = scene.driven();
+        let fates = fates_of(&scene);
+        prop_assume!(!fates.iter().any(Fate::is_close_call));
+        let mut detected: Vec<usize> =
+            (0..fates.len()).filter(|&number| fates[number].is_detected()).collect();
+        detected.sort_by(|&a, &b| f64::total_cmp(
+            &fates[a].shown_m.unwrap(), &fates[b].shown_m.unwrap(),
+        ));
+        let expected: Vec<(u32, Point)> = (0..)
+            .zip(&detected)
+            .filter(|&(_, &weed)| fates[weed].swept_m.is_none())
+            .map(|(number, &weed)| (number, scene.weeds[weed]))
+            .collect();
+        let view = env.view();
+        let known: Vec<(u32, Point)> =
+            view.known_weeds.iter().map(|weed| (weed.number, weed.position)).collect();
+        prop_assert_eq!(known, expected);
+        prop_assert_eq!(view.weeds_detected as usize, detected.len());
+    }
+
+    /// A ray looks at every metre of the ground from where it starts, wherever that is; beside the pasture there is nothing.
+    #[test]
+    fn the_range_to_unseen_ground_is_the_first_metre_that_is_not_seen(
+        scene in scenes(), beside in (-30.0..30.0, -30.0..30.0),
+        bearing_rad in prop_oneof![(-4..4_i32).prop_map(|q| f64::from(q) * FRAC_PI_2), -7.0..7.0],
+        cap_m in 0.5..90.0,
+    ) {
+        let env = scene.driven();
+        let ground = env.view().ground;
+        let grid = ground.grid();
+        let (length_m, width_m) = grid.size_m();
+        let end = env.view().pose.position();
+        for origin in [end, Point::new(end.x + beside.0, end.y + beside.1)] {
+            let (sin, cos) = bearing_rad.sin_cos();
+            let at = |metres: u32| {
+                let s = f64::from(metres);
+                Point::new(origin.x + s * cos, origin.y + s * sin)
+            };
+            let is_unseen = |metres: &u32| {
+                let point = at(*metres);
+                let is_on_pasture =
+                    (0.0..=length_m).contains(&point.x) && (0.0..=width_m).contains(&point.y);
+                let (column, row) = grid.cell_of(point);
+                is_on_pasture && !ground.is_seen(column, row)
+            };
+            let metres = (0..100).take_while(|&s| f64::from(s) < cap_m).find(is_unseen);
+            let expected_m = metres.map_or(cap_m, f64::from);
+            let range_m = ground.range_to_unseen(origin, bearing_rad, cap_m);
+            prop_assert!((range_m - expected_m).abs() < 1e-9, "{range_m} m, not {expected_m} m");
+        }
+    }
+
+    #[test]
+    fn what_is_mowed_stays_mowed_and_what_is_seen_stays_seen(scene in scenes()) {
+        let mut env = scene.env();
+        let mut before = (env.summary(), env.weeds().clone());
+        for &command in &scene.drive {
+            env.drive(command).unwrap();
+            let after = (env.summary(), env.weeds().clone());
+            prop_assert!(after.0.seen_fraction >= before.0.seen_fraction);
+            prop_assert!(after.0.path_length_m >= before.0.path_length_m);
+            let is_kept = |now: &[bool], then: &[bool]| now.iter().zip(then).all(|(now, then)| *now || !then);
+            prop_assert!(is_kept(after.1.is_mowed(), before.1.is_mowed()));
+            prop_assert!(is_kept(after.1.is_detected(), before.1.is_detected()));
+            prop_assert_eq!(after.1.positions(), before.1.positions());
+            before = after;
+        }
+    }
+
+    #[test]
+    fn the_summary_counts_what_the_truth_says(scene in scenes()) {
+        let env = scene.driven();
+        let (summary, weeds) = (env.summary(), env.weeds());
+        prop_assert_eq!(summary.weeds_total, scene.weeds.len());
+        prop_assert_eq!(summary.weeds_mowed, weeds.is_mowed().iter().filter(|&&is| is).count());
+        prop_assert_eq!(summary.weeds_detected, env.view().weeds_detected as usize);
+        let driven_m: f64 = scene.drive.iter().map(|command| command.distance_m).sum();
+        prop_assert!((summary.path_length_m - driven_m).abs() < 1e-9);
+        prop_assert!((0.0..=1.0).contains(&summary.seen_fraction));
+    }
+}
+
+/// A pasture drawn by hand: 10 x 6 m, bar 2 m, triangle 4 m deep and 4 m wide, the mower at (1, 3) heading along x.
+fn by_hand(weeds: &[[f64; 2]]) -> Env {
+    let mut scenario = Scenario::default();
+    scenario.pasture.length_m = 10.0;
+    scenario.pasture.width_m = 6.0;
+    scenario.weeds.positions_m = Some(weeds.to_vec());
+    scenario.sensor.range_m = 4.0;
+    scenario.sensor.width_m = 4.0;
+    scenario.mower.start = Start::Pose([1.0, 3.0, 0.0]);
+    let mut env = Env::new(&scenario.check().unwrap());
+    env.lift_limits();
+    env.reset(0);
+    env
+}
+
+#[test]
+fn three_weeds_drawn_by_hand_are_seen_and_mowed_where_they_should_be() {
+    // On the path; on the bar's left end, 4 m ahead and never in the triangle before; beyond the bar but in the triangle.
+    let mut env = by_hand(&[[3.0, 3.0], [1.5, 4.0], [6.0, 4.5]]);
+    assert_eq!(env.weeds().is_detected(), [true, false, false]);
+    let drive = |env: &mut Env, distance_m: f64| {
+        env.drive(Command { curvature_per_m: 0.0, distance_m }).unwrap().weeds_mowed
+    };
+    // The bar's end is inclusive: the weed at 1 m to the left is mowed at x = 1.5, unseen.
+    assert_eq!(drive(&mut env, 0.4), 0);
+    assert_eq!(drive(&mut env, 0.1), 1);
+    assert_eq!(env.weeds().is_mowed(), [false, true, false]);
+    // The third comes into the triangle at the look from x = 2.0: ahead by 4 m, aside by 1.5 m.
+    assert_eq!(drive(&mut env, 0.3), 0);
+    assert_eq!(env.weeds().is_detected(), [true, false, false]);
+    assert_eq!(drive(&mut env, 0.2), 0);
+    assert_eq!(env.weeds().is_detected(), [true, false, true]);
+    assert_eq!(drive(&mut env, 1.0 - BAND_M), 0);
+    assert_eq!(drive(&mut env, BAND_M), 1);
+    assert_eq!(env.weeds().is_mowed(), [true, true, false]);
+    assert_eq!(drive(&mut env, 7.0), 0);
+    assert_eq!(env.view().known_weeds.len(), 1);
+    assert_eq!(env.summary().weeds_detected, 2);
+}
+
+/// At the first look from (1, 3) the triangle |y - 3| <= (x - 1) / 2, x <= 5 holds the centres of the cells below, `#`;
+/// after 2 m the bar has passed over those of columns 1 and 2 in the rows 2 and 3, and the last look reaches x = 7.
+#[test]
+fn the_ground_seen_on_a_pasture_drawn_by_hand_is_as_drawn() {
+    let drawn = |env: &Env| {
+        let view = env.view();
+        let line = |row| {
+            (0..10).map(|column| if view.ground.is_seen(column, row) { '#' } else { '.' }).collect()
+        };
+        (0..6).rev().map(line).collect::<Vec<String>>()
+    };
+    let mut env = by_hand(&[]);
+    assert_eq!(
+        drawn(&env),
+        ["..........", "....#.....", "..###.....", "..###.....", "....#.....", ".........."]
+    );
+    env.drive(Command { curvature_per_m: 0.0, distance_m: 2.0 }).unwrap();
+    assert_eq!(
+        drawn(&env),
+        ["..........", "....###...", ".######...", ".######...", "....###...", ".........."]
+    );
+}
+
+/// Without weeds there is nothing to mow, and without a way nothing is driven.
+#[test]
+fn standing_still_changes_nothing() {
+    let mut env = by_hand(&[[3.0, 3.0], [1.0, 3.5], [6.0, 4.5]]);
+    let before = (env.summary(), env.view().pose);
+    for _ in 0..10 {
+        let step = env.drive(Command { curvature_per_m: 0.5, distance_m: 0.0 }).unwrap();
+        assert_eq!((step.weeds_mowed, step.terms.total()), (0, 0.0));
+    }
+    assert_eq!((env.summary(), env.view().pose), before);
+}
