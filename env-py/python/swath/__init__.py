@@ -1,0 +1,45 @@
+"""swath: a Gymnasium environment for autonomous pasture mowing, with scripted planners and their evaluation.
+
+```python
+import gymnasium as gym
+import swath  # registers the ids
+
+env = gym.make("swath/MowerRouting-v0", action={"kind": "drive"})
+agent = swath.make_agent("jump")
+observation, info = env.reset(seed=7)
+while (action := agent.act(env)) is not None:
+    observation, reward, terminated, truncated, info = env.step(action)
+```
+"""
+
+from swath import _native
+from swath.agents import Agent, make_agent
+from swath.env import MowerRoutingEnv
+from swath.episode import Episode, run_episode
+from swath.errors import ActionError, ConfigError, SnapshotError, SwathError
+from swath.evaluation import Results, evaluate
+from swath.registration import register
+from swath.scenario import Scenario
+from swath.summary import Summary
+
+__all__ = [
+    "ActionError",
+    "Agent",
+    "ConfigError",
+    "Episode",
+    "MowerRoutingEnv",
+    "Results",
+    "Scenario",
+    "SnapshotError",
+    "Summary",
+    "SwathError",
+    "__version__",
+    "evaluate",
+    "make_agent",
+    "register",
+    "run_episode",
+]
+
+__version__ = _native.VERSION
+
+register()

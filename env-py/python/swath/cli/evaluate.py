@@ -1,0 +1,53 @@
+"""`swath evaluate`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from swath import evaluation
+from swath.cli.options import AsJson, Jobs, Seed
+from swath.cli.stop import Stopped
+
+__all__ = ["evaluate"]
+
+
+def evaluate(
+    scenario: Annotated[list[str], typer.Argument(metavar="SCENARIO...", help="Files or shipped scenarios.")],
+    *,
+    agents: Annotated[str, typer.Option(help="Agents with commas between: jump,bcp:spacing=sensor.")],
+    instances: Annotated[int, typer.Option(help="Number of instances of each scenario.")] = 100,
+    seed: Seed = 0,
+    jobs: Jobs = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for rows and statistics.", show_default="none")] = None,
+    only: Annotated[str | None, typer.Option(help="The one sweep to run.", show_default="all")] = None,
+    versus: Annotated[
+        str | None, typer.Option(help="Agent that the others are compared with.", show_default="the first one")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Run agents over many instances and print a table.
+
+    With --out, the folder gets journal.jsonl (every finished episode, at once), episodes.csv (one row an episode),
+    scenario.toml (as resolved) and summary.json (the statistics). The same command goes on where a stopped one ended.
+    """
+    try:
+        results = evaluation.evaluate(
+            agents,
+            scenario=scenario,
+            instances=instances,
+            seed=seed,
+            jobs=jobs,
+            only=only,
+            out=out,
+            progress=True,
+            versus=versus,
+        )
+    except KeyboardInterrupt:
+        kept = "nothing was kept, since there is no --out" if out is None else "the same command goes on from here"
+        raise Stopped(f"stopped: {kept}") from None  # noqa: TRY003
+    typer.echo(results.json() if as_json else results.table(), nl=False)
+    if out is not None:
+        typer.echo(f"wrote {out / 'episodes.csv'} and {out / 'summary.json'}", err=as_json)

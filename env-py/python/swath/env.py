@@ -1,0 +1,229 @@
+"""The Gymnasium environment."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+
+from swath import _native
+from swath.errors import ConfigError
+from swath.spaces import box
+
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    from typing_extensions import Unpack
+
+    from swath.scenario import Blocks, Scenario, ScenarioSource
+
+__all__ = ["MowerRoutingEnv"]
+
+Vector: TypeAlias = "npt.NDArray[np.float32]"
+Info: TypeAlias = "dict[str, object]"
+
+# An unseeded environment draws its seed below this.
+_SEEDS = 1 << 63
+
+
+class MowerRoutingEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
+    """Find and mow every weed of a pasture whose weeds are unknown, on a path as short as possible.
+
+    ## Description
+
+    A mower that cannot turn tighter than a radius R drives over a rectangular pasture, with x along its length, y along
+    its width and the origin at the lower left corner; lengths are metres, angles radians counter-clockwise from +x.
+    It detects weeds inside a triangle in front of it, whose apex is the middle of its bar, and mows whatever the bar of
+    width B passes over, detected or not. It may leave the pasture to turn, as far as the headland.
+    The sensor looks at path 0, 0.2, 0.4 ... m, however the path is cut into steps.
+
+    ## Action Space
+
+    | `action.kind` | space | meaning |
+    |---|---|---|
+    | `steer` (default) | `Box(-1, 1, (1,), float32)` | curvature as a fraction of 1/R, left positive |
+    | `drive` | `Box(-1, 1, (2,), float32)` | the same, and how far to drive |
+
+    `steer` drives for one control period at constant speed. With `drive` the second number a stands for (a + 1)/2 of
+    that way, so that a step can end where an arc ends.
+    A finite value outside [-1, 1] is clipped, and `info["action_clipped"]` says so.
+
+    ## Observation Space
+
+    `Box` of 7 + 3k + r float32 numbers, with k = `observation.nearest_weeds` and r = `observation.rays` (8 each: 39).
+    A known weed is one that is detected and not yet mowed.
+
+    | index | value | range |
+    |---|---|---|
+    | 0, 1 | x and y, scaled over the pasture and its headland (at most 10 m), clipped | -1 to 1 |
+    | 2, 3 | cosine and sine of the heading | -1 to 1 |
+    | 4 | share of the budget left | 0 to 1 |
+    | 5 | share of the pasture's cells seen | 0 to 1 |
+    | 6 | n / (n + k) for n known weeds | 0 to 1 |
+    | 7 + 3i, 8 + 3i | the i-th nearest known weed: forward and left, over length plus width | -1 to 1 |
+    | 9 + 3i | 1; all three are 0 where there is no such weed | 0 to 1 |
+    | 7 + 3k + j | way to unseen ground at 360 j / r degrees left, over 4 sensor ranges | 0 to 1 |
+
+    `observation_names` lists the names in this order.
+
+    ## Starting State
+
+    The weeds are drawn from the seed, or are those of the scenario or of `reset(options={"weeds": array (n, 2)})`.
+    The mower stands at (0, B/2) heading +x, or where `mower.start` says.
+
+    ## Reward
+
+    `reward.weed` (1) for each weed mowed, minus `reward.path_per_m` (1) for each metre driven.
+    A failure charges the path cost of the rest of the budget, so that quitting never pays.
+    The terms are in `info["reward_terms"]`.
+
+    ## Episode End
+
+    | outcome | kind | when |
+    |---|---|---|
+    | `goal` | terminated | `episode.seen_goal` of the 1 m cells are seen, and every detected weed is mowed |
+    | `left_headland` | terminated | a failure: further than `pasture.headland_m` outside the pasture |
+    | `budget` | truncated | the path is `episode.budget` boustrophedon paths long; the last step is cut there |
+    | `step_limit` | truncated | four times the steps that the budget takes at full speed |
+
+    ## Information
+
+    Every step, and every reset with zeros: `reward_terms` (`weed`, `path`, `failure`) and `action_clipped` (bool).
+    The last info of an episode also holds the keys of `swath.Summary`; before that it holds nothing that the mower
+    cannot know.
+
+    ## Arguments
+
+    - `scenario`: a shipped name (`pasture`, `cowbot-field`), a TOML file, a dictionary, a `swath.Scenario`, or None for
+      the defaults. A file with `[[sweep]]` is refused.
+    - `pasture`, `weeds`, `mower`, `sensor`, `reward`, `episode`, `observation`, `action`: blocks laid over it, as
+      dictionaries.
+    - `render_mode`: None; there is no picture yet.
+
+    ```python
+    env = gym.make("swath/MowerRouting-v0", weeds={"count": 80}, action={"kind": "drive"})
+    ```
+
+    Seeds: `reset(seed=s)` begins episode 0 of the seed s, and each later `reset()` the next episode of that seed.
+    Only a first `reset()` without a seed draws one from `np_random`.
+
+    ## References
+
+    Maini, Gonultas & Isler (2022), "Online Coverage Planning for an Autonomous Weed Mowing Robot with Curvature
+    Constraints".
+
+    ## Version History
+
+    - v0: the first version.
+    """
+
+    metadata: ClassVar[dict[str, object]] = {"render_modes": []}  # type: ignore[misc] # Gymnasium declares no ClassVar
+
+    def __init__(
+        self,
+        scenario: ScenarioSource = None,
+        *,
+        render_mode: str | None = None,
+        **blocks: Unpack[Blocks],
+    ) -> None:
+        """Makes an environment that waits for its first reset.
+
+        Args:
+            scenario: A shipped name, a file, a dictionary, a `Scenario`, or None for the defaults.
+            render_mode: None.
+            **blocks: Blocks of the scenario, laid over it key by key.
+
+        Raises:
+            ConfigError: If the scenario cannot be used; the message names the key.
+        """
+        if render_mode is not None:
+            text = f"`render_mode` must be None, got {render_mode!r}"
+            raise ConfigError(text)
+        self._core = _native.Env(_native.Scenario(scenario, **blocks))
+        self.observation_space = box(self._core.observation_spec)
+        self.action_space = box(self._core.action_spec)
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario with every key resolved."""
+        return self._core.scenario
+
+    @property
+    def observation_names(self) -> list[str]:
+        """Name of every number of an observation, in order."""
+        return [name for name, _, _ in self._core.observation_spec]
+
+    @property
+    def core(self) -> _native.Env:
+        """The native environment, which native agents act in."""
+        return self._core
+
+    def reset(self, *, seed: int | None = None, options: Mapping[str, object] | None = None) -> tuple[Vector, Info]:
+        """Begins an episode.
+
+        Args:
+            seed: Begins episode 0 of this seed, from 0 to 2**64 - 1. None: the next episode of the present seed.
+            options: `{"weeds": array (n, 2)}` places the weeds, world frame, metres, instead of drawing them. Never
+                modified.
+
+        Returns:
+            observation: (observation_size,) float32, a fresh array.
+            info: The keys of a step, with zeros.
+
+        Raises:
+            ConfigError: If the seed, an option's name or a weed cannot be used; nothing has changed then.
+        """
+        weeds = _weeds(options)
+        if seed is not None:
+            observation, info = self._core.reset(seed, weeds)
+            super().reset(seed=int(seed))
+        elif self._core.has_begun:
+            observation, info = self._core.reset_next(weeds)
+        else:
+            observation, info = self._core.reset(int(self.np_random.integers(_SEEDS)), weeds)
+        return observation, info
+
+    def step(self, action: npt.ArrayLike) -> tuple[Vector, float, bool, bool, Info]:
+        """Drives as `action` says, for at most one control period.
+
+        Args:
+            action: (action_size,), finite; clipped into [-1, 1].
+
+        Returns:
+            observation: (observation_size,) float32, a fresh array.
+            reward: Weeds mowed minus metres driven, weighted.
+            terminated: Whether the episode ended by the rules of the problem.
+            truncated: Whether it was cut off.
+            info: See the class.
+
+        Raises:
+            ActionError: If the action has another shape or is not finite, before the first reset, and after the end of
+                an episode; nothing has moved then.
+        """
+        return self._core.step(action)
+
+    def snapshot(self) -> bytes:
+        """Returns the state of the episode as bytes: all but the scenario and `np_random`."""
+        return self._core.snapshot()
+
+    def restore(self, snapshot: bytes) -> None:
+        """Puts back what `snapshot` returned, here or in another environment of the same scenario.
+
+        Args:
+            snapshot: The bytes.
+
+        Raises:
+            SnapshotError: If they are damaged, or of another version or scenario; nothing has changed then.
+        """
+        self._core.restore(snapshot)
+
+
+def _weeds(options: Mapping[str, object] | None) -> object:
+    for name in options or {}:
+        if name != "weeds":
+            text = f"`options` must hold nothing but `weeds`, got `{name}`"
+            raise ConfigError(text)
+    return options.get("weeds") if options else None

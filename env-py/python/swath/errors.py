@@ -1,0 +1,25 @@
+"""Everything that swath refuses, as one tree.
+
+The text names the field, what was expected and what was found, in one line.
+All of them can be pickled, so they cross process boundaries whole.
+"""
+
+from __future__ import annotations
+
+__all__ = ["ActionError", "ConfigError", "SnapshotError", "SwathError"]
+
+
+class SwathError(Exception):
+    """The root of the tree."""
+
+
+class ConfigError(SwathError, ValueError):
+    """A scenario, a seed, an agent, an option or an argument that cannot be used."""
+
+
+class ActionError(SwathError, ValueError):
+    """An action that cannot be carried out; the environment is as it was."""
+
+
+class SnapshotError(SwathError, ValueError):
+    """Bytes that cannot be restored; the environment is as it was."""

@@ -1,0 +1,66 @@
+"""One finished episode of an evaluation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+__all__ = ["Row", "Task"]
+
+Task: TypeAlias = "tuple[int, str, int]"
+"""Number of a cell, name of an agent, number of an instance."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """The numbers of one agent on one instance of one cell.
+
+    Attributes:
+        cell: Number of the cell, in the order of tables.
+        scenario: Name of the cell.
+        agent: Name of the agent with its options.
+        instance: Number of the instance, from 0.
+        seed: Seed of the instance.
+        path_length_m: Way driven, metres.
+        bcp_length_m: Length of the boustrophedon path over the whole pasture, metres.
+        path_fraction: Way driven, in lengths of the boustrophedon path.
+        weeds_total: Number of weeds on the pasture.
+        weeds_detected: Number of weeds that the sensor has seen.
+        weeds_mowed: Number of weeds mowed, seen or not.
+        seen_fraction: Share of the pasture's cells seen, 0 to 1.
+        outcome: Why the episode ended.
+        wall_s: How long it took to run, seconds; the only field that differs from run to run.
+    """
+
+    cell: int
+    scenario: str
+    agent: str
+    instance: int
+    seed: int
+    path_length_m: float
+    bcp_length_m: float
+    path_fraction: float
+    weeds_total: int
+    weeds_detected: int
+    weeds_mowed: int
+    seen_fraction: float
+    outcome: str
+    wall_s: float
+
+    @property
+    def task(self) -> Task:
+        """What the row answers."""
+        return (self.cell, self.agent, self.instance)
+
+    @property
+    def path_percent(self) -> float:
+        """Way driven, in per cent of the boustrophedon path."""
+        return 100.0 * self.path_fraction
+
+    @property
+    def mowed_percent(self) -> float:
+        """Weeds mowed, in per cent of all; 100 where there are none."""
+        return 100.0 * self.weeds_mowed / self.weeds_total if self.weeds_total else 100.0

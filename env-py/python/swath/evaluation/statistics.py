@@ -1,0 +1,50 @@
+"""Means with their intervals, alone and in pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypedDict
+
+import numpy as np
+
+from swath import _native
+
+__all__ = ["Spread", "spread"]
+
+CONFIDENCE = 0.95
+"""Share of intervals, over repeated studies, that hold the true mean."""
+
+
+class Spread(TypedDict):
+    """What is known about a mean from n independent values.
+
+    Attributes:
+        n: Number of values.
+        mean: Their mean.
+        sd: Their standard deviation, with n - 1; None for n = 1.
+        low: Lower end of the 95 % interval of the mean, by Student's t with n - 1 degrees of freedom; None for n = 1.
+        high: Upper end.
+    """
+
+    n: int
+    mean: float
+    sd: float | None
+    low: float | None
+    high: float | None
+
+
+def spread(values: Sequence[float]) -> Spread:
+    """Sums up values that are independent of one another.
+
+    Args:
+        values: At least one.
+
+    Returns:
+        Mean, standard deviation and 95 % interval of the mean.
+    """
+    n, mean = len(values), float(np.mean(values))
+    if n == 1:
+        return Spread(n=1, mean=mean, sd=None, low=None, high=None)
+    sd = float(np.std(values, ddof=1))
+    half = _native.student_t(0.5 + 0.5 * CONFIDENCE, n - 1) * sd / n**0.5
+    return Spread(n=n, mean=mean, sd=sd, low=mean - half, high=mean + half)

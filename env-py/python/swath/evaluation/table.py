@@ -1,0 +1,56 @@
+"""The printed table of an evaluation."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.table import Table
+
+from swath.evaluation.statistics import Spread, spread
+
+if TYPE_CHECKING:
+    from swath.evaluation.results import Results
+
+__all__ = ["print_whole", "text_of"]
+
+
+def text_of(results: Results) -> str:
+    """Returns one line for each cell and agent, and below it how to read them."""
+    study, versus = results.study, results.versus
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    for name in ["scenario", *study.keys, "agent"]:
+        table.add_column(name)
+    for name in ["n", "path %", "weeds mowed %", f"path - {versus}", "outcomes"]:
+        table.add_column(name, justify="right")
+    for number, cell in enumerate(study.cells):
+        for agent in study.labels:
+            rows = results.of_cell(number, agent)
+            path, mowed = spread([row.path_percent for row in rows]), spread([row.mowed_percent for row in rows])
+            points = "" if agent == versus else interval(results.compare(number, agent, versus), sign="+")
+            outcomes = ", ".join(f"{count} {name}" for name, count in results.outcomes(number, agent).items())
+            named = [cell.name, *map(str, cell.values.values()), agent, str(path["n"])]
+            table.add_row(
+                *named, interval(path), interval(mowed), points, outcomes, end_section=agent == study.labels[-1]
+            )
+    return print_whole(table) + (
+        "path: in % of the boustrophedon path over the whole pasture; its difference in points, on the same instances\n"
+        "mean ± half the 95 % interval of the mean, by Student's t\n"
+    )
+
+
+def interval(values: Spread, *, sign: str = "") -> str:
+    """Returns a mean with half its interval, two digits behind the point."""
+    if values["high"] is None:
+        return f"{values['mean']:{sign}.2f}"
+    return f"{values['mean']:{sign}.2f} ± {values['high'] - values['mean']:.2f}"
+
+
+def print_whole(table: Table) -> str:
+    """Returns a table as plain text, as wide as it needs to be."""
+    text = io.StringIO()
+    console = Console(file=text, width=10_000, color_system=None, highlight=False)
+    console.print(table)
+    return "\n".join(line.rstrip() for line in text.getvalue().splitlines()).strip("\n") + "\n"

@@ -1,0 +1,42 @@
+"""Files that are either there as a whole or not at all, and the folders for them."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+from swath.errors import ConfigError
+
+__all__ = ["check_folder", "write_whole"]
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Writes a file under another name beside it, and renames it when it is complete.
+
+    Args:
+        path: The file; an existing one is replaced.
+        content: Its bytes, or its text in UTF-8.
+
+    Raises:
+        OSError: If it cannot be written; nothing is left behind then.
+    """
+    unfinished = path.with_name(f".{path.name}.unfinished")
+    try:
+        unfinished.write_bytes(content.encode() if isinstance(content, str) else content)
+        unfinished.replace(path)
+    except OSError as error:
+        with suppress(OSError):
+            unfinished.unlink()
+        # The name that the caller knows.
+        raise type(error)(error.errno, error.strerror, str(path)) from error
+
+
+def check_folder(field: str, folder: Path) -> None:
+    """Makes sure that a folder can be made or is there.
+
+    Raises:
+        ConfigError: If a file has its name; the message names `field`.
+    """
+    if folder.exists() and not folder.is_dir():
+        text = f"`{field}` must be a folder, got the file {folder}"
+        raise ConfigError(text)

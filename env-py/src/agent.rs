@@ -1,0 +1,167 @@
+//! Agents in Python's hands.
+
+use std::sync::Mutex;
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use swath_agents::agent::{Agent as Planner, Decision};
+use swath_agents::registry::{self, AGENTS};
+use swath_agents::tracker::{TRACKING_MARGIN_M, Tracker};
+use swath_core::action::{ActionDecoder, ActionError, Command};
+use swath_core::config::ActionKind;
+use swath_core::episode::{End, Outcome};
+
+use crate::env::Env;
+use crate::errors::Error;
+use crate::seed::Seed;
+use crate::table::table_from;
+
+/// An agent's name and options, checked.
+#[pyclass(frozen, module = "swath._native")]
+pub(crate) struct AgentSpec {
+    pub(crate) spec: registry::AgentSpec,
+}
+
+#[pymethods]
+impl AgentSpec {
+    /// Reads `name` with options, or without options the text `name:key=value:key=value`.
+    #[new]
+    #[pyo3(signature = (name, options=None))]
+    fn new(name: &str, options: Option<&Bound<PyDict>>) -> Result<Self, Error> {
+        let spec = match options.filter(|options| !options.is_empty()) {
+            None => name.parse()?,
+            Some(options) => {
+                registry::AgentSpec::new(name, table_from(options.as_mapping(), name)?)?
+            }
+        };
+        Ok(Self { spec })
+    }
+
+    /// The name and the options as result files write them.
+    #[getter]
+    fn label(&self) -> String {
+        self.spec.to_string()
+    }
+
+    fn __getnewargs__(&self) -> (String,) {
+        (self.label(),)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<AgentSpec {}>", self.spec)
+    }
+}
+
+/// An agent that acts in environments, one episode after another.
+#[pyclass(module = "swath._native")]
+pub(crate) struct Agent {
+    spec: registry::AgentSpec,
+    seed: u64,
+    present: Option<Present>,
+}
+
+/// What the agent is doing now.
+struct Present {
+    kind: ActionKind,
+    /// Number of the episode.
+    episode: u64,
+    /// Never locked: a planner can be sent to another thread, and the mutex makes that enough for Python.
+    planner: Mutex<Box<dyn Planner>>,
+    stop: Option<Outcome>,
+}
+
+#[pymethods]
+impl Agent {
+    #[new]
+    fn new(spec: &AgentSpec, seed: Seed) -> Self {
+        Self { spec: spec.spec.clone(), seed: seed.0, present: None }
+    }
+
+    /// The agent's name and options.
+    #[getter]
+    fn label(&self) -> String {
+        self.spec.to_string()
+    }
+
+    /// Why the agent stopped in the present episode: `done`, `capped`, or None while it drives.
+    #[getter]
+    fn outcome(&self) -> Option<&'static str> {
+        self.present.as_ref().and_then(|present| present.stop).map(Outcome::name)
+    }
+
+    /// The next action, or None when the agent has stopped or the episode is over.
+    fn act<'py>(
+        &mut self,
+        py: Python<'py>,
+        env: &Env,
+    ) -> Result<Option<Bound<'py, PyArray1<f32>>>, Error> {
+        let action = py.detach(|| self.decide(env))?;
+        Ok(action.map(|action| PyArray1::from_vec(py, action)))
+    }
+}
+
+impl Agent {
+    fn decide(&mut self, env: &Env) -> Result<Option<Vec<f32>>, ActionError> {
+        let end = env.core.end().ok_or(ActionError::NotReset)?;
+        let mut present = match self.present.take() {
+            Some(present) if present.episode == env.episode => present,
+            last => self.begin(last, env),
+        };
+        let is_over = end != End::Running || present.stop.is_some();
+        let action = if is_over { None } else { present.act(env) };
+        self.present = Some(present);
+        Ok(action)
+    }
+
+    /// Starts afresh: with the planner of the `last` episode, unless the action kind has changed.
+    fn begin(&self, last: Option<Present>, env: &Env) -> Present {
+        let kind = env.core.scenario().action.kind;
+        let planner = last.filter(|last| last.kind == kind).map(|last| last.planner);
+        let mut planner = planner.unwrap_or_else(|| Mutex::new(self.build(kind)));
+        planner.get_mut().expect("the mutex is never locked").reset(&env.core.view());
+        Present { kind, episode: env.episode, planner, stop: None }
+    }
+
+    /// The planner itself where an action can end a step at the end of an arc; else a tracker that follows its path.
+    fn build(&self, kind: ActionKind) -> Box<dyn Planner> {
+        let planner = self.spec.build(self.seed);
+        match kind {
+            ActionKind::Drive => planner,
+            ActionKind::Steer => Box::new(Tracker::new(planner, TRACKING_MARGIN_M)),
+        }
+    }
+}
+
+impl Present {
+    fn act(&mut self, env: &Env) -> Option<Vec<f32>> {
+        let planner = self.planner.get_mut().expect("the mutex is never locked");
+        match planner.act(&env.core.view()) {
+            Decision::Drive(command) => return Some(action_for(command, env.core.decoder())),
+            Decision::Done => self.stop = Some(Outcome::Done),
+            Decision::Capped => self.stop = Some(Outcome::Capped),
+        }
+        None
+    }
+}
+
+/// The action that stands for `command`, its distance rounded up to float32.
+///
+/// A planner decides where the sensor looks. A step that ended a hair before that place would leave it without the look.
+fn action_for(command: Command, decoder: &ActionDecoder) -> Vec<f32> {
+    let mut action = decoder.encode(command);
+    let driven_m = decoder.decode(&action).map_or(0.0, |(driven, _)| driven.distance_m);
+    if let [_, share] = &mut action[..]
+        && *share < 1.0
+        && driven_m < command.distance_m
+    {
+        *share = share.next_up();
+    }
+    action
+}
+
+/// Name of every agent, what it does, and whether its own choices are random.
+#[pyfunction]
+pub(crate) fn agents() -> Vec<(&'static str, &'static str, bool)> {
+    AGENTS.iter().map(|entry| (entry.name, entry.about, entry.is_random)).collect()
+}

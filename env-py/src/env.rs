@@ -1,0 +1,193 @@
+//! One environment in Python's hands.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, get_array_module};
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use swath_core::env::{self, Beginning};
+use swath_core::episode::End;
+use swath_core::geometry::Point;
+use swath_core::reward::RewardTerms;
+
+use crate::errors::{Error, shape_text, type_text};
+use crate::scenario::Scenario;
+use crate::seed::Seed;
+use crate::summary::write_summary;
+use crate::weeds::points_from;
+
+/// Number of the next episode of this process: an agent tells by it whether it has seen the episode before.
+static NEXT_EPISODE: AtomicU64 = AtomicU64::new(1);
+
+type Observation<'py> = Bound<'py, PyArray1<f32>>;
+type Reset<'py> = (Observation<'py>, Bound<'py, PyDict>);
+type Step<'py> = (Observation<'py>, f64, bool, bool, Bound<'py, PyDict>);
+
+/// One pasture with one mower.
+#[pyclass(module = "swath._native")]
+pub(crate) struct Env {
+    pub(crate) core: env::Env,
+    pub(crate) episode: u64,
+    scenario: Py<Scenario>,
+    action: Vec<f32>,
+    observation: Vec<f32>,
+}
+
+#[pymethods]
+impl Env {
+    #[new]
+    fn new(scenario: Bound<Scenario>) -> Self {
+        let core = env::Env::new(&scenario.get().scenario);
+        let observation = vec![0.0; core.observation_spec().len()];
+        Self { core, episode: 0, scenario: scenario.unbind(), action: Vec::new(), observation }
+    }
+
+    /// The scenario that the environment was made for.
+    #[getter]
+    fn scenario(&self, py: Python) -> Py<Scenario> {
+        self.scenario.clone_ref(py)
+    }
+
+    /// Name, lowest and highest value of every number of an observation.
+    #[getter]
+    fn observation_spec(&self) -> Vec<(String, f32, f32)> {
+        let spec = self.core.observation_spec();
+        spec.into_iter().map(|feature| (feature.name, feature.low, feature.high)).collect()
+    }
+
+    /// Name, lowest and highest value of every number of an action.
+    #[getter]
+    fn action_spec(&self) -> Vec<(&'static str, f32, f32)> {
+        let names = ["curvature", "distance"];
+        names[..self.core.decoder().len()].iter().map(|name| (*name, -1.0, 1.0)).collect()
+    }
+
+    /// Whether an episode has begun.
+    #[getter]
+    fn has_begun(&self) -> bool {
+        self.core.end().is_some()
+    }
+
+    /// Begins episode 0 of a seed.
+    #[pyo3(signature = (seed, weeds=None))]
+    fn reset<'py>(
+        &mut self,
+        py: Python<'py>,
+        seed: Seed,
+        weeds: Option<&Bound<'py, PyAny>>,
+    ) -> Result<Reset<'py>, Error> {
+        let weeds = self.points(weeds)?;
+        let beginning = Beginning { weeds: weeds.as_deref(), start: None };
+        py.detach(|| self.core.reset_from(seed.0, beginning));
+        self.begun(py)
+    }
+
+    /// Begins the next episode of the present seed.
+    #[pyo3(signature = (weeds=None))]
+    fn reset_next<'py>(
+        &mut self,
+        py: Python<'py>,
+        weeds: Option<&Bound<'py, PyAny>>,
+    ) -> Result<Reset<'py>, Error> {
+        let weeds = self.points(weeds)?;
+        let beginning = Beginning { weeds: weeds.as_deref(), start: None };
+        py.detach(|| self.core.reset_next(beginning));
+        self.begun(py)
+    }
+
+    /// One step. It takes about a microsecond, less than to detach from the interpreter and back under contention.
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        action: &Bound<'py, PyAny>,
+    ) -> Result<Step<'py>, Error> {
+        read_action(action, self.core.decoder().len(), &mut self.action)?;
+        let step = self.core.step(&self.action, &mut self.observation)?;
+        let info = info(py, &step.terms, step.is_clipped)?;
+        let (terminated, truncated) = match step.end {
+            End::Running => (false, false),
+            End::Terminated(_) => (true, false),
+            End::Truncated(_) => (false, true),
+        };
+        if let End::Terminated(outcome) | End::Truncated(outcome) = step.end {
+            write_summary(&info, &self.core.summary(), outcome)?;
+        }
+        let observation = PyArray1::from_slice(py, &self.observation);
+        Ok((observation, step.terms.total(), terminated, truncated, info))
+    }
+
+    /// The whole state as bytes.
+    fn snapshot<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        PyBytes::new(py, &py.detach(|| self.core.snapshot()))
+    }
+
+    /// Puts back what `snapshot` returned.
+    fn restore(&mut self, py: Python, snapshot: &[u8]) -> Result<(), Error> {
+        py.detach(|| self.core.restore(snapshot))?;
+        self.episode = NEXT_EPISODE.fetch_add(1, Ordering::Relaxed);
+        Ok(())
+    }
+
+    fn __getnewargs__(&self, py: Python) -> (Py<Scenario>,) {
+        (self.scenario(py),)
+    }
+
+    fn __getstate__<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
+        self.snapshot(py)
+    }
+
+    fn __setstate__(&mut self, py: Python, snapshot: &[u8]) -> Result<(), Error> {
+        self.restore(py, snapshot)
+    }
+}
+
+impl Env {
+    fn points(&self, weeds: Option<&Bound<PyAny>>) -> Result<Option<Vec<Point>>, Error> {
+        weeds.map(|weeds| points_from(weeds, self.core.site())).transpose()
+    }
+
+    fn begun<'py>(&mut self, py: Python<'py>) -> Result<Reset<'py>, Error> {
+        self.episode = NEXT_EPISODE.fetch_add(1, Ordering::Relaxed);
+        self.core.observe(&mut self.observation);
+        let observation = PyArray1::from_slice(py, &self.observation);
+        Ok((observation, info(py, &RewardTerms::default(), false)?))
+    }
+}
+
+/// The info of a step: what the reward consists of, and whether the action was clipped.
+fn info<'py>(
+    py: Python<'py>,
+    terms: &RewardTerms,
+    is_clipped: bool,
+) -> PyResult<Bound<'py, PyDict>> {
+    let reward_terms = PyDict::new(py);
+    reward_terms.set_item(pyo3::intern!(py, "weed"), terms.weed)?;
+    reward_terms.set_item(pyo3::intern!(py, "path"), terms.path)?;
+    reward_terms.set_item(pyo3::intern!(py, "failure"), terms.failure)?;
+    let info = PyDict::new(py);
+    info.set_item(pyo3::intern!(py, "reward_terms"), reward_terms)?;
+    info.set_item(pyo3::intern!(py, "action_clipped"), is_clipped)?;
+    Ok(info)
+}
+
+/// Writes an action to `numbers`: a float32 array, or anything that `numpy` turns into numbers.
+#[expect(clippy::cast_possible_truncation, reason = "actions are float32 by contract")]
+fn read_action(action: &Bound<PyAny>, size: usize, numbers: &mut Vec<f32>) -> Result<(), Error> {
+    numbers.clear();
+    if let Ok(array) = action.cast::<PyArray1<f32>>() {
+        numbers.extend(array.readonly().as_array());
+        return Ok(());
+    }
+    let wrong = |expected: &str, got: String| {
+        Error::ActionForm(format!("`action` must have {expected}, got {got}"))
+    };
+    let array: Bound<PyArrayDyn<f64>> = get_array_module(action.py())?
+        .call_method1("asarray", (action, "float64"))
+        .and_then(|array| Ok(array.cast_into()?))
+        .map_err(|_| wrong(&format!("{size} number(s)"), type_text(action)))?;
+    if array.ndim() != 1 {
+        return Err(wrong(&format!("the shape ({size},)"), shape_text(array.shape())));
+    }
+    numbers.extend(array.readonly().as_array().iter().map(|&value| value as f32));
+    Ok(())
+}

@@ -1,0 +1,95 @@
+//! One whole episode, with its path.
+
+use std::sync::Mutex;
+use std::sync::mpsc;
+
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use swath_agents::runner::{self, EpisodeResult};
+use swath_core::site::Site;
+
+use crate::agent::AgentSpec;
+use crate::errors::Error;
+use crate::scenario::Scenario;
+use crate::seed::Seed;
+use crate::summary::write_summary;
+use crate::waiting::{ended, receive};
+use crate::weeds::points_from;
+
+/// An episode that is over.
+#[pyclass(frozen, module = "swath._native")]
+pub(crate) struct Episode {
+    result: EpisodeResult,
+}
+
+#[pymethods]
+impl Episode {
+    /// Its numbers and its outcome.
+    #[getter]
+    fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        write_summary(&dict, &self.result.summary, self.result.outcome)?;
+        Ok(dict)
+    }
+
+    /// Points of the path at most 0.1 m apart, (n, 4).
+    #[getter]
+    fn trajectory<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        matrix(py, &py.detach(|| self.result.trajectory.sample()))
+    }
+
+    /// Where the weeds stand, (n, 2).
+    #[getter]
+    fn weeds_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let points: Vec<[f64; 2]> =
+            self.result.weeds.positions().iter().map(|point| [point.x, point.y]).collect();
+        matrix(py, &points)
+    }
+
+    /// Which weeds the sensor has seen, (n,).
+    #[getter]
+    fn weed_detected<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        PyArray1::from_slice(py, self.result.weeds.is_detected())
+    }
+
+    /// Which weeds were mowed, (n,).
+    #[getter]
+    fn weed_mowed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        PyArray1::from_slice(py, self.result.weeds.is_mowed())
+    }
+}
+
+/// Rows as a two-dimensional array, also where there are none.
+fn matrix<'py, const N: usize>(
+    py: Python<'py>,
+    rows: &[[f64; N]],
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    PyArray1::from_slice(py, rows.as_flattened()).reshape([rows.len(), N])
+}
+
+/// Runs an agent on an instance of a scenario until it stops. Ctrl-C is heard while it runs.
+#[pyfunction]
+#[pyo3(signature = (scenario, agent, seed, weeds=None))]
+pub(crate) fn run_episode(
+    py: Python,
+    scenario: &Scenario,
+    agent: &AgentSpec,
+    seed: Seed,
+    weeds: Option<&Bound<PyAny>>,
+) -> Result<Episode, Error> {
+    let site = Site::new(&scenario.scenario);
+    let weeds = weeds.map(|weeds| points_from(weeds, &site)).transpose()?;
+    let (scenario, agent) = (scenario.scenario.clone(), agent.spec.clone());
+    let (sender, receiver) = mpsc::channel();
+    let runner = std::thread::spawn(move || {
+        let result = runner::run_episode(&scenario, &agent, seed.0, weeds.as_deref());
+        // Nobody listens after Ctrl-C.
+        let _ = sender.send(result);
+    });
+    let result = receive(py, &Mutex::new(receiver))?;
+    if result.is_none() {
+        ended(runner)?;
+    }
+    Ok(Episode { result: result.expect("a thread that ended well has sent its result") })
+}

@@ -1,0 +1,78 @@
+//! One tree of errors for Python, with the text of the Rust errors.
+
+use pyo3::prelude::*;
+use swath_core::action::ActionError;
+use swath_core::config::ConfigError;
+use swath_core::env::SnapshotError;
+
+/// The classes of `swath.errors`: written in Python, so that `ConfigError` can be a `ValueError` too.
+mod python {
+    pyo3::import_exception!(swath.errors, ConfigError);
+    pyo3::import_exception!(swath.errors, ActionError);
+    pyo3::import_exception!(swath.errors, SnapshotError);
+}
+
+/// Whatever a function of this module may raise.
+#[derive(Debug)]
+pub(crate) enum Error {
+    /// A scenario, a seed, an agent or an option.
+    Config(ConfigError),
+    /// An action.
+    Action(ActionError),
+    /// An action that has not even the form of one.
+    ActionForm(String),
+    /// The bytes of a snapshot.
+    Snapshot(SnapshotError),
+    /// An error of Python itself.
+    Python(PyErr),
+}
+
+impl From<ConfigError> for Error {
+    fn from(error: ConfigError) -> Self {
+        Self::Config(error)
+    }
+}
+
+impl From<ActionError> for Error {
+    fn from(error: ActionError) -> Self {
+        Self::Action(error)
+    }
+}
+
+impl From<SnapshotError> for Error {
+    fn from(error: SnapshotError) -> Self {
+        Self::Snapshot(error)
+    }
+}
+
+impl From<PyErr> for Error {
+    fn from(error: PyErr) -> Self {
+        Self::Python(error)
+    }
+}
+
+impl From<Error> for PyErr {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Config(error) => python::ConfigError::new_err(error.to_string()),
+            Error::Action(error) => python::ActionError::new_err(error.to_string()),
+            Error::ActionForm(text) => python::ActionError::new_err(text),
+            Error::Snapshot(error) => python::SnapshotError::new_err(error.to_string()),
+            Error::Python(error) => error,
+        }
+    }
+}
+
+/// A shape as Python writes it.
+pub(crate) fn shape_text(shape: &[usize]) -> String {
+    match shape {
+        [one] => format!("({one},)"),
+        sizes => format!("({})", sizes.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+/// What kind of object somebody has passed.
+pub(crate) fn type_text(object: &Bound<PyAny>) -> String {
+    let name = object.get_type().name().map_or_else(|_| "object".to_owned(), |n| n.to_string());
+    format!("`{name}`")
+}

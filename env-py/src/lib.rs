@@ -1,0 +1,49 @@
+//! The module `swath._native`: scenarios, environments, agents and their evaluation for the Python package `swath`.
+//!
+//! Every function borrows its arguments, detaches from the interpreter where the work takes longer than that, calls the
+//! core, and converts what comes back.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | `errors` | one tree of errors, with the text of the Rust errors |
+//! | `table`, `seed`, `weeds`, `summary` | conversions between Python and the core |
+//! | `source`, `scenario` | what a caller names as a scenario, and the checked scenario |
+//! | `env` | one environment |
+//! | `agent` | agents that act in it |
+//! | `waiting`, `episode`, `evaluation` | whole episodes, one or many, in threads of their own |
+//! | `statistics` | quantiles for confidence intervals |
+
+mod errors;
+mod table;
+mod seed;
+mod weeds;
+mod summary;
+mod source;
+mod scenario;
+mod env;
+mod agent;
+mod waiting;
+mod episode;
+mod evaluation;
+mod statistics;
+
+/// The compiled part of swath.
+#[pyo3::pymodule]
+mod _native {
+    #[pymodule_export]
+    use crate::agent::{Agent, AgentSpec, agents};
+    #[pymodule_export]
+    use crate::env::Env;
+    #[pymodule_export]
+    use crate::episode::{Episode, run_episode};
+    #[pymodule_export]
+    use crate::evaluation::EpisodeStream;
+    #[pymodule_export]
+    use crate::scenario::{Scenario, cells, resolved, schema, shipped};
+    #[pymodule_export]
+    use crate::statistics::student_t;
+
+    /// Version of swath.
+    #[pymodule_export]
+    const VERSION: &str = env!("CARGO_PKG_VERSION");
+}

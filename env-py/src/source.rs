@@ -1,0 +1,98 @@
+//! What a caller names as a scenario: nothing, a shipped name, a file, a dictionary or a `Scenario`.
+
+use std::path::{Path, PathBuf};
+
+use pyo3::prelude::*;
+use pyo3::types::PyMapping;
+use swath_core::config::{Cell, ConfigError, Document, shipped};
+use toml::{Table, Value};
+
+use crate::errors::Error;
+use crate::scenario::Scenario;
+use crate::table::table_from;
+
+/// A scenario as written, and where it was written.
+pub(crate) struct Source {
+    name: String,
+    table: Table,
+    folder: PathBuf,
+}
+
+impl Source {
+    /// Reads what the caller named.
+    pub(crate) fn read(given: Option<&Bound<PyAny>>) -> Result<Self, Error> {
+        let of = |name: &str, table: Table| {
+            Ok(Self { name: name.to_owned(), table, folder: PathBuf::new() })
+        };
+        let Some(given) = given else {
+            return of("default", Table::new());
+        };
+        if let Ok(scenario) = given.cast::<Scenario>() {
+            let scenario = scenario.get();
+            of(&scenario.name, scenario.table())
+        } else if let Ok(mapping) = given.cast::<PyMapping>() {
+            of("scenario", table_from(mapping, "")?)
+        } else if let Ok(path) = given.extract::<PathBuf>() {
+            Self::open(&path.to_string_lossy())
+        } else {
+            let expected = "a name, a path, a dictionary or a Scenario";
+            Err(ConfigError::value("scenario", expected, given.repr()?).into())
+        }
+    }
+
+    /// Opens a file or a shipped scenario.
+    fn open(path: &str) -> Result<Self, Error> {
+        let name = Document::open(path)?.name().to_owned();
+        let file_error = |error: std::io::Error| ConfigError::File {
+            name: path.to_owned(),
+            message: error.to_string(),
+        };
+        let (text, folder) = match shipped(path) {
+            Some(text) => (text.to_owned(), Path::new("")),
+            None => (
+                std::fs::read_to_string(path).map_err(file_error)?,
+                Path::new(path).parent().unwrap_or(Path::new("")),
+            ),
+        };
+        let table = text.parse().expect("the document was read from the same text");
+        Ok(Self { name, table, folder: folder.to_owned() })
+    }
+
+    /// The document, with keywords laid over it.
+    ///
+    /// A weed file among the keywords lies where Python runs, not beside the scenario's file.
+    pub(crate) fn document(&self, mut blocks: Table) -> Result<Document, Error> {
+        let mut document = Document::from_table(&self.name, self.table.clone(), &self.folder)?;
+        if let Some(Value::Table(weeds)) = blocks.get_mut("weeds")
+            && let Some(Value::String(file)) = weeds.get_mut("file")
+            && self.folder != Path::new("")
+        {
+            let here = std::path::absolute(&*file).map_err(PyErr::from)?;
+            *file = here.to_string_lossy().into_owned();
+        }
+        document.overlay(blocks);
+        Ok(document)
+    }
+
+    /// Every scenario of the document's sweeps; `only` picks one sweep.
+    pub(crate) fn cells(&self, only: Option<&str>) -> Result<Vec<Cell>, Error> {
+        Ok(self.document(Table::new())?.cells(only)?)
+    }
+
+    /// The document as TOML with every key written out and its sweeps (or the one named `only`) behind: to be run again.
+    pub(crate) fn resolved(&self, only: Option<&str>) -> Result<String, Error> {
+        let mut base = self.table.clone();
+        let sweeps = base.remove("sweep");
+        let mut text = Document::from_table(&self.name, base, &self.folder)?.scenario()?.to_toml();
+        if let Some(Value::Array(mut sweeps)) = sweeps {
+            let is_chosen = |sweep: &Value| {
+                only.is_none_or(|only| sweep.get("name").and_then(Value::as_str) == Some(only))
+            };
+            sweeps.retain(is_chosen);
+            let sweeps = Table::from_iter([("sweep".to_owned(), Value::Array(sweeps))]);
+            text.push('\n');
+            text.push_str(&toml::to_string(&sweeps).expect("it was read from TOML"));
+        }
+        Ok(text)
+    }
+}

@@ -1,0 +1,41 @@
+//! Weeds that the caller places.
+
+use numpy::{PyReadonlyArrayDyn, get_array_module};
+use pyo3::prelude::*;
+use swath_core::config::ConfigError;
+use swath_core::geometry::Point;
+use swath_core::site::Site;
+
+use crate::errors::{Error, shape_text, type_text};
+
+/// Reads anything like an array (n, 2) of metres, world frame; every weed must stand on the pasture.
+pub(crate) fn points_from(weeds: &Bound<PyAny>, site: &Site) -> Result<Vec<Point>, Error> {
+    let wrong =
+        |got: String| ConfigError::value("weeds", "an array (n, 2) of numbers, metres", got);
+    let array: PyReadonlyArrayDyn<f64> = get_array_module(weeds.py())?
+        .call_method1("asarray", (weeds, "float64"))
+        .and_then(|array| array.extract())
+        .map_err(|_| wrong(type_text(weeds)))?;
+    let array = array.as_array();
+    match array.shape() {
+        [_, 2] | [0] => {}
+        shape => return Err(wrong(format!("the shape {}", shape_text(shape))).into()),
+    }
+    let points: Vec<Point> = array
+        .rows()
+        .into_iter()
+        .filter(|row| row.len() == 2)
+        .map(|row| Point::new(row[0], row[1]))
+        .collect();
+    for (index, point) in points.iter().enumerate() {
+        if !site.holds(point.x, point.y) {
+            return Err(ConfigError::value(
+                format!("weeds[{index}]"),
+                format!("on the pasture, 0..={} by 0..={} m", site.length_m, site.width_m),
+                format!("[{}, {}]", point.x, point.y),
+            )
+            .into());
+        }
+    }
+    Ok(points)
+}
