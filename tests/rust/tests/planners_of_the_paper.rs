@@ -1,6 +1,8 @@
 //! The six planners against what is known of them: closed forms, statements of Maini, Gonultas & Isler (2022), and the means of
 //! a second simulator of the same rules that shares no code with this one.
 
+#![cfg(test)] // for helpers, too, an unwrap is a failing test
+
 use swath_agents::registry::AgentSpec;
 use swath_agents::runner::{run_episode, run_summary};
 use swath_core::config::{Document, ValidScenario};
@@ -119,8 +121,11 @@ fn r_snake_is_never_longer_than_snake_where_it_ignores_no_weed() {
     }
 }
 
-/// Mean and standard deviation over 100 instances of the second simulator: path in % of bcp, weeds mowed in %.
-const SECOND_SIMULATOR: [(&str, &str, u32, [f64; 2], [f64; 2]); 12] = [
+/// Agent, distribution, number of weeds; mean and standard deviation of the path in % of bcp, and of the weeds mowed in %.
+type Cell = (&'static str, &'static str, u32, [f64; 2], [f64; 2]);
+
+/// Cells of the second simulator, 100 instances each.
+const SECOND_SIMULATOR: [Cell; 12] = [
     ("bcp-tsp", "uniform", 20, [30.6, 1.1], [96.2, 4.2]),
     ("bcp-tsp", "gaussian", 80, [45.6, 2.1], [97.1, 2.8]),
     ("react", "uniform", 320, [100.0, 0.0], [86.9, 4.6]),
