@@ -48,6 +48,9 @@ pub enum ActionError {
     EpisodeOver,
 }
 
+/// Longest way of one command, metres.
+const MAX_DISTANCE_M: f64 = 1e6;
+
 /// Reads actions of one kind for one mower.
 #[derive(Debug, Clone, Copy)]
 pub struct ActionDecoder {
@@ -137,10 +140,10 @@ impl ActionDecoder {
                 value: curvature_per_m,
             });
         }
-        if !(distance_m >= 0.0 && distance_m.is_finite()) {
+        if !(0.0..=MAX_DISTANCE_M).contains(&distance_m) {
             return Err(ActionError::Command {
                 field: "distance_m",
-                expected: "finite and >= 0",
+                expected: "from 0 to 1000000 m",
                 value: distance_m,
             });
         }

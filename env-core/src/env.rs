@@ -60,6 +60,8 @@ pub struct Step {
 }
 
 /// Where and among which weeds an episode begins, where that is not left to the scenario.
+///
+/// Fronts check what comes from outside: weeds off the pasture and a start off the headland are refused by a panic.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Beginning<'a> {
     /// The weeds, instead of drawing them; world frame, metres.
@@ -95,7 +97,7 @@ impl Env {
 
     /// Lets episodes run until the agent stops: no budget, no goal, no step limit. The headland still holds.
     pub fn lift_limits(&mut self) {
-        self.limits = Limits::none(&self.site);
+        self.limits.lift();
     }
 
     /// Begins episode 0 of `seed`.
@@ -104,6 +106,10 @@ impl Env {
     }
 
     /// Begins episode 0 of `seed` with weeds or a start pose of the caller's.
+    ///
+    /// # Panics
+    ///
+    /// If a weed of `beginning` is not on the pasture, or its start not on the pasture or its headland.
     pub fn reset_from(&mut self, seed: u64, beginning: Beginning) {
         self.seed = seed;
         self.episodes = 0;
@@ -111,15 +117,29 @@ impl Env {
     }
 
     /// Begins the next episode of the present seed.
+    ///
+    /// # Panics
+    ///
+    /// As [`Env::reset_from`].
     pub fn reset_next(&mut self, beginning: Beginning) {
         self.begin(beginning);
     }
 
     fn begin(&mut self, beginning: Beginning) {
+        let Beginning { weeds: given, start } = beginning;
+        let site = &self.site;
+        assert!(
+            given.into_iter().flatten().all(|weed| site.holds(weed.x, weed.y)),
+            "weeds stand on the pasture"
+        );
+        assert!(
+            start.is_none_or(|start| site.allows(start)),
+            "the mower starts on the pasture or its headland"
+        );
         let seed = rng::episode_seed(self.seed, self.episodes);
         self.episodes += 1;
         let Self { scenario, weeds, .. } = self;
-        weeds.plant(|planted| match beginning.weeds {
+        weeds.plant(|planted| match given {
             Some(given) => planted.extend_from_slice(given),
             None => weeds::draw(
                 &scenario.weeds,
@@ -130,7 +150,7 @@ impl Env {
         });
         self.belief.clear();
         self.episode = Episode::started();
-        self.mower = Mower::at(beginning.start.unwrap_or_else(|| start_pose(scenario)));
+        self.mower = Mower::at(start.unwrap_or_else(|| start_pose(scenario)));
         let percept = self.sensor.look(self.mower.pose(), &mut self.weeds);
         self.belief.absorb_percept(&percept, &self.weeds);
     }
@@ -140,7 +160,12 @@ impl Env {
     /// # Errors
     ///
     /// [`ActionError`]; the state is then as it was.
+    ///
+    /// # Panics
+    ///
+    /// If `observation` does not have as many places as [`Env::observation_spec`]; nothing has moved then.
     pub fn step(&mut self, action: &[f32], observation: &mut [f32]) -> Result<Step, ActionError> {
+        self.encoder.check(observation);
         let (command, is_clipped) = self.decoder.decode(action)?; // action
         let step = self.drive(command)?;
         self.observe(observation); // observation
@@ -155,7 +180,7 @@ impl Env {
     pub fn drive(&mut self, command: Command) -> Result<Step, ActionError> {
         self.episode.check_running()?;
         let command = self.limits.cut(self.decoder.check(command)?, self.mower.path_m());
-        let mut tally = Tally::default();
+        let (mut tally, mut is_off_site) = (Tally::default(), false);
         for stretch in self.mower.motion(command) {
             self.mower.follow(&stretch); // mower
             let cut = self.deck.mow(&stretch, &mut self.weeds); // deck
@@ -164,13 +189,14 @@ impl Env {
             if stretch.ends_at_look {
                 let percept = self.sensor.look(stretch.end, &mut self.weeds); // sensor
                 self.belief.absorb_percept(&percept, &self.weeds); // belief
+                is_off_site = !self.site.allows(stretch.end.pose);
             }
-            if !self.site.allows(stretch.end.pose) {
+            if is_off_site {
                 break;
             }
         }
         let view = View::new(&self.site, &self.mower, &self.belief);
-        let end = self.episode.judge(&view, &self.limits); // end
+        let end = self.episode.judge(&view, &self.limits, is_off_site); // end
         tally.forfeit_m = self.limits.forfeit_m(end, view.path_m);
         let terms = RewardTerms::score(&self.scenario.reward, &tally); // reward
         let Tally { weeds_mowed, distance_m, .. } = tally;

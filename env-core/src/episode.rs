@@ -83,15 +83,17 @@ impl Limits {
         }
     }
 
-    /// No limits but the headland: the agent's own stop rule decides.
+    /// Takes all limits but the headland away: the agent's own stop rule decides.
+    pub fn lift(&mut self) {
+        self.budget_m = f64::INFINITY;
+        self.unseen_goal = -1.0;
+        self.steps = f64::INFINITY;
+    }
+
+    /// Whether they were lifted.
     #[must_use]
-    pub fn none(site: &Site) -> Self {
-        Self {
-            budget_m: f64::INFINITY,
-            bcp_length_m: site.bcp_length_m,
-            unseen_goal: -1.0,
-            steps: f64::INFINITY,
-        }
+    pub fn are_lifted(&self) -> bool {
+        self.unseen_goal < 0.0
     }
 
     /// `command` cut so that the path ends at the budget; `path_m` is driven already.
@@ -156,10 +158,12 @@ impl Episode {
         }
     }
 
-    /// Judges the step just taken.
-    pub fn judge(&mut self, view: &View, limits: &Limits) -> End {
+    /// Judges the step just taken; `is_off_site` says that a look in it found the mower beyond the headland.
+    ///
+    /// Only looks tell, so that leaving, too, does not depend on how the way is cut into steps.
+    pub fn judge(&mut self, view: &View, limits: &Limits, is_off_site: bool) -> End {
         self.steps += 1;
-        let end = if !view.site.allows(view.pose) {
+        let end = if is_off_site {
             End::Terminated(Outcome::LeftHeadland)
         } else if view.ground.unseen_count() as f64 <= limits.unseen_goal
             && view.known_weeds.is_empty()

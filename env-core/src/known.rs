@@ -15,7 +15,7 @@ pub struct KnownWeed {
 }
 
 /// Side of a bucket, metres.
-const BUCKET_M: f64 = 4.0;
+const BUCKET_M: f64 = 2.0;
 /// So many weeds are searched one by one; more of them by buckets.
 const FEW: usize = 24;
 /// The end of a bucket's chain.

@@ -88,13 +88,18 @@ impl FeatureEncoder {
         spec
     }
 
+    /// Panics if a buffer does not have [`FeatureEncoder::len`] places.
+    pub(crate) fn check(&self, observation: &[f32]) {
+        assert_eq!(observation.len(), self.len(), "the observation buffer has the wrong length");
+    }
+
     /// Writes the observation of `view` to `observation`.
     ///
     /// # Panics
     ///
     /// If `observation` does not have [`FeatureEncoder::len`] places.
     pub fn encode(&mut self, view: &View, observation: &mut [f32]) {
-        assert_eq!(observation.len(), self.len(), "the observation buffer has the wrong length");
+        self.check(observation);
         let (site, pose) = (view.site, view.pose);
         let scaled = |value_m: f64, size_m: f64| {
             2.0 * (value_m + self.reach_m) / (size_m + 2.0 * self.reach_m) - 1.0

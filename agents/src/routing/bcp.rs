@@ -17,7 +17,7 @@ pub enum Spacing {
     /// One deck width: every point is mowed.
     #[default]
     Deck,
-    /// One sensor width: the search sweep, which the paper calls the lower boustrophedon path.
+    /// One sensor width, at most the pasture's: the search sweep, which the paper calls the lower boustrophedon path.
     Sensor,
 }
 
@@ -52,7 +52,7 @@ impl Bcp {
     fn spacing_m(&self, site: &Site) -> f64 {
         match self.options.spacing {
             Spacing::Deck => site.deck_width_m,
-            Spacing::Sensor => site.sensor_width_m,
+            Spacing::Sensor => site.sensor_width_m.min(site.width_m),
         }
     }
 

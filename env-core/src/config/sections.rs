@@ -54,14 +54,10 @@ impl PastureConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         positive("pasture.length_m", self.length_m)?;
         positive("pasture.width_m", self.width_m)?;
-        // A strip narrower than a metre has a cell for each metre of its length all the same.
-        let area_m2 = self.length_m.max(1.0) * self.width_m.max(1.0);
-        expect(
-            area_m2 <= MAX_AREA_M2,
-            "pasture.length_m x pasture.width_m",
-            "at most 64000000 m2",
-            area_m2,
-        )?;
+        // Cells are kept in words of 64 along the length.
+        let area_m2 = self.length_m.max(64.0) * self.width_m.max(1.0);
+        let expected = "at most 64000000 m2 (a length below 64 m counts as 64 m)";
+        expect(area_m2 <= MAX_AREA_M2, "pasture.length_m x pasture.width_m", expected, area_m2)?;
         expect(self.headland_m >= 0.0, "pasture.headland_m", ">= 0 or inf", self.headland_m)
     }
 }
@@ -242,7 +238,8 @@ impl Default for RewardConfig {
 impl RewardConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         expect(self.weed.is_finite(), "reward.weed", "finite", self.weed)?;
-        expect(self.path_per_m.is_finite(), "reward.path_per_m", "finite", self.path_per_m)
+        let is_cost = self.path_per_m.is_finite() && self.path_per_m >= 0.0;
+        expect(is_cost, "reward.path_per_m", "finite and >= 0", self.path_per_m)
     }
 }
 

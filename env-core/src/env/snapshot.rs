@@ -35,6 +35,11 @@ pub enum SnapshotError {
         "`snapshot` must come from an environment of the same scenario, got another scenario's"
     )]
     Scenario,
+    /// A snapshot taken with limits, restored without, or the other way round.
+    #[error(
+        "`snapshot` must come from an environment with the same limits, got one where they are lifted or not lifted"
+    )]
+    Limits,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -52,6 +57,7 @@ struct State {
     /// The weeds in the order of their detection.
     weed_of: Vec<u32>,
     episode: Episode,
+    are_limits_lifted: bool,
 }
 
 impl Env {
@@ -71,6 +77,7 @@ impl Env {
             unseen: self.belief.unseen_cells().words().to_vec(),
             weed_of: self.belief.weed_of().to_vec(),
             episode: self.episode,
+            are_limits_lifted: self.limits.are_lifted(),
         };
         let mut bytes =
             postcard::to_allocvec(&state).expect("a state in memory can be written to memory");
@@ -102,6 +109,9 @@ impl Env {
         }
         if state.scenario != self.scenario_hash {
             return Err(SnapshotError::Scenario);
+        }
+        if state.are_limits_lifted != self.limits.are_lifted() {
+            return Err(SnapshotError::Limits);
         }
         self.check(&state)?;
         let unseen =

@@ -19,6 +19,9 @@ pub enum PathError {
     /// The turning radius is not a length.
     #[error("`radius_m` must be finite and > 0, got {0}")]
     Radius(f64),
+    /// A pose that is none.
+    #[error("`{0}` must be finite, got {1:?}")]
+    Pose(&'static str, Pose),
 }
 
 /// The order of turns of a Dubins path: L turns left, R turns right, S goes straight.
@@ -253,7 +256,7 @@ impl DubinsPath {
 ///
 /// # Errors
 ///
-/// [`PathError::Radius`] if `radius_m` is not finite and positive.
+/// [`PathError::Radius`] if `radius_m` is not finite and positive, [`PathError::Pose`] if a pose is not finite.
 ///
 /// ```
 /// use swath_core::geometry::{Pose, shortest};
@@ -264,6 +267,11 @@ impl DubinsPath {
 pub fn shortest(start: Pose, goal: Pose, radius_m: f64) -> Result<DubinsPath, PathError> {
     if !(radius_m.is_finite() && radius_m > 0.0) {
         return Err(PathError::Radius(radius_m));
+    }
+    for (name, pose) in [("start", start), ("goal", goal)] {
+        if ![pose.x_m, pose.y_m, pose.heading_rad].iter().all(|value| value.is_finite()) {
+            return Err(PathError::Pose(name, pose));
+        }
     }
     let turned_rad = wrap_to_tau(goal.heading_rad - start.heading_rad);
     if start.distance_to(&goal) < 1e-9 && turned_rad.min(TAU - turned_rad) < 1e-9 {

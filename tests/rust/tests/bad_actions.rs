@@ -77,9 +77,9 @@ fn commands_that_the_mower_cannot_drive_are_refused_by_field() {
         (-0.6, 1.0, "`curvature_per_m` must be within -1/R and 1/R, got -0.6"),
         (f64::NAN, 1.0, "`curvature_per_m` must be within -1/R and 1/R, got NaN"),
         (f64::INFINITY, 1.0, "`curvature_per_m` must be within -1/R and 1/R, got inf"),
-        (0.5, -1e-9, "`distance_m` must be finite and >= 0, got -0.000000001"),
-        (0.5, f64::NAN, "`distance_m` must be finite and >= 0, got NaN"),
-        (0.5, f64::INFINITY, "`distance_m` must be finite and >= 0, got inf"),
+        (0.5, -1e-9, "`distance_m` must be from 0 to 1000000 m, got -0.000000001"),
+        (0.5, f64::NAN, "`distance_m` must be from 0 to 1000000 m, got NaN"),
+        (0.5, f64::INFINITY, "`distance_m` must be from 0 to 1000000 m, got inf"),
     ] {
         let error = env.drive(Command { curvature_per_m, distance_m }).unwrap_err();
         assert_eq!(error.to_string(), text);
