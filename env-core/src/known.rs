@@ -14,10 +14,9 @@ pub struct KnownWeed {
     pub position: Point,
 }
 
-/// Side of a bucket, metres.
-const BUCKET_M: f64 = 2.0;
-/// So many weeds are searched one by one; more of them by buckets.
-const FEW: usize = 24;
+/// Smallest side of a bucket, metres; larger pastures have larger buckets, so that there are at most about this many.
+const BUCKET_M: f64 = 1.0;
+const BUCKETS: f64 = 16_384.0;
 /// The end of a bucket's chain.
 const NONE: u32 = u32::MAX;
 
@@ -25,6 +24,7 @@ const NONE: u32 = u32::MAX;
 #[derive(Debug, Clone)]
 pub struct KnownWeeds {
     list: Vec<KnownWeed>,
+    side_m: f64,
     columns: usize,
     rows: usize,
     /// For each bucket the first weed of its chain, by number.
@@ -45,10 +45,12 @@ impl KnownWeeds {
     /// No weed on a pasture of `length_m` by `width_m`.
     #[must_use]
     pub fn none(length_m: f64, width_m: f64) -> Self {
-        let count = |size_m: f64| floor_index((size_m / BUCKET_M).ceil()).max(1);
+        let side_m = (length_m * width_m / BUCKETS).sqrt().max(BUCKET_M);
+        let count = |size_m: f64| floor_index((size_m / side_m).ceil()).max(1);
         let (columns, rows) = (count(length_m), count(width_m));
         Self {
             list: Vec::new(),
+            side_m,
             columns,
             rows,
             first: vec![NONE; columns * rows],
@@ -58,9 +60,12 @@ impl KnownWeeds {
 
     /// Forgets every weed.
     pub fn clear(&mut self) {
+        for index in 0..self.list.len() {
+            let bucket = self.bucket_of(self.list[index].position);
+            self.first[bucket] = NONE;
+        }
         self.list.clear();
         self.chain.clear();
-        self.first.fill(NONE);
     }
 
     /// Adds a weed that was detected after all others.
@@ -99,20 +104,32 @@ impl KnownWeeds {
     /// Writes the weeds nearest to `from` to `nearest` with their squared distances, nearest first, ties by order of detection; returns how many.
     pub fn nearest(&self, from: Point, nearest: &mut [(f64, KnownWeed)]) -> usize {
         let mut found = Nearest { places: nearest, count: 0 };
-        if self.list.len() <= FEW {
-            self.list.iter().for_each(|&weed| found.offer(from, weed));
-            return found.count;
-        }
         let (column, row) = self.cell_of(from);
         for ring in 0..self.columns.max(self.rows) {
-            // Whatever lies in this ring or beyond is at least this far away, also from a point outside the pasture.
-            let gap_m = BUCKET_M * ring.saturating_sub(1) as f64;
-            if found.is_full() && gap_m * gap_m > found.farthest_m2() {
+            let gap_m = self.gap_m(from, column, row, ring);
+            if found.is_full() && gap_m > 0.0 && gap_m * gap_m > found.farthest_m2() {
+                break;
+            }
+            // Where weeds are few and far between, looking at each of them is quicker than at empty buckets.
+            if ring * ring > self.list.len() {
+                found.count = 0;
+                self.list.iter().for_each(|&weed| found.offer(from, weed));
                 break;
             }
             self.for_each_in_ring(column, row, ring, |weed| found.offer(from, weed));
         }
         found.count
+    }
+
+    /// How far `from` is from anything in this ring or beyond: its distance to the nearest side of the square of rings
+    /// within, sides along the pasture's border left out.
+    fn gap_m(&self, from: Point, column: usize, row: usize, ring: usize) -> f64 {
+        let side = |at_m: f64, cell: usize, cells: usize| {
+            let below_m = (cell + 1 > ring).then(|| at_m - self.side_m * (cell + 1 - ring) as f64);
+            let above_m = (cell + ring < cells).then(|| self.side_m * (cell + ring) as f64 - at_m);
+            below_m.unwrap_or(f64::INFINITY).min(above_m.unwrap_or(f64::INFINITY))
+        };
+        side(from.x, column, self.columns).min(side(from.y, row, self.rows))
     }
 
     /// Calls `visit` with the weeds of the buckets at `ring` buckets from the one given.
@@ -150,8 +167,8 @@ impl KnownWeeds {
     }
 
     fn cell_of(&self, point: Point) -> (usize, usize) {
-        let column = floor_index(point.x / BUCKET_M).min(self.columns - 1);
-        (column, floor_index(point.y / BUCKET_M).min(self.rows - 1))
+        let column = floor_index(point.x / self.side_m).min(self.columns - 1);
+        (column, floor_index(point.y / self.side_m).min(self.rows - 1))
     }
 
     fn bucket_of(&self, point: Point) -> usize {

@@ -69,17 +69,25 @@ impl Footprint for BarSweep {
     /// With (a, l) the offsets in the start frame and k the curvature, `rho = |(k a, 1 - k l)|` is the distance from the
     /// turning centre in units of the radius, and `|1 - rho| / |k|` the distance from the arc; multiplied out, nothing
     /// is divided by k. A bar that reaches beyond its turning centre sweeps the opposite wedge backwards as well.
+    #[inline]
     fn contains(&self, point: Point) -> bool {
         let (ahead, left) = self.start.offsets_to(point);
         let (past_end, _) = self.end.offsets_to(point);
+        let is_between = ahead >= -BORDER_M && past_end <= BORDER_M;
+        let is_opposite = ahead <= BORDER_M && past_end >= -BORDER_M;
+        // Most points fail here, before the root is taken.
+        if !is_between && !is_opposite {
+            return false;
+        }
         let k = self.curvature_per_m;
         let reach_m = self.half_width_m + BORDER_M;
-        let rho = ((k * ahead) * (k * ahead) + (1.0 - k * left) * (1.0 - k * left)).sqrt();
-        if ahead >= -BORDER_M && past_end <= BORDER_M {
+        let (from_centre_x, from_centre_y) = (k * ahead, 1.0 - k * left);
+        let rho = (from_centre_x * from_centre_x + from_centre_y * from_centre_y).sqrt();
+        if is_between {
             let twice_offset_m = 2.0 * left - k * (ahead * ahead + left * left);
             return twice_offset_m.abs() <= reach_m * (1.0 + rho);
         }
-        ahead <= BORDER_M && past_end >= -BORDER_M && 1.0 + rho <= k.abs() * reach_m
+        1.0 + rho <= k.abs() * reach_m
     }
 
     #[inline]
