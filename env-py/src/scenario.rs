@@ -10,11 +10,20 @@ use crate::source::Source;
 use crate::table::{table_from, table_to};
 
 /// A checked scenario: every key has a value, and all values fit together.
+///
+/// `Scenario(source=None, *, name=None, **blocks)` reads a shipped name, a TOML file, a dictionary of blocks or another
+/// scenario (None: the defaults), lays the blocks given as keywords over it, and checks the whole. `name` is what result
+/// files call it. Scenarios are equal when they pose the same problem, whatever their names.
 #[pyclass(frozen, eq, module = "swath._native")]
-#[derive(PartialEq)]
 pub(crate) struct Scenario {
     pub(crate) name: String,
     pub(crate) scenario: ValidScenario,
+}
+
+impl PartialEq for Scenario {
+    fn eq(&self, other: &Self) -> bool {
+        self.scenario == other.scenario
+    }
 }
 
 #[pymethods]

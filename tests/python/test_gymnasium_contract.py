@@ -1,0 +1,551 @@
+"""What Gymnasium and its users may rely on, for every action kind.
+
+It runs under the oldest Gymnasium that is supported too, with nothing else installed.
+"""
+
+import copy
+import itertools
+import math
+import pickle
+from pathlib import Path
+
+import cloudpickle
+import gymnasium as gym
+import hypothesis
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+
+import swath
+
+ID = "swath/MowerRouting-v0"
+KINDS = ["steer", "drive"]
+STEP_KEYS = {"reward_terms", "action_clipped"}
+LAST_KEYS = set(swath.Summary.__annotations__)
+
+
+@pytest.fixture(params=KINDS)
+def kind(request):
+    return request.param
+
+
+@pytest.fixture
+def env(kind):
+    return make(kind)
+
+
+def make(kind="steer", **blocks):
+    return gym.make(ID, action={"kind": kind}, **blocks).unwrapped
+
+
+def actions(env, count, seed=0):
+    """Random actions that never repeat across calls with other seeds."""
+    rng = np.random.default_rng(seed)
+    return rng.uniform(-1, 1, (count, *env.action_space.shape)).astype(np.float32)
+
+
+def transcript(env, steps):
+    """All that an episode shows, as bytes."""
+    return [as_bytes(env.step(action)) for action in steps]
+
+
+def as_bytes(result):
+    observation, *rest = result
+    return observation.tobytes(), repr(rest)
+
+
+# The checker
+
+
+@pytest.mark.parametrize("scenario", [None, "pasture", "cowbot-field"])
+def test_the_checker_has_nothing_to_say(kind, scenario):
+    check_env(make(kind, scenario=scenario))
+
+
+def test_the_checker_has_nothing_to_say_about_short_episodes(kind):
+    check_env(make(kind, scenario="cowbot-field", episode={"control_period_s": 2.0, "budget": 0.01}))
+
+
+def test_registering_again_changes_nothing():
+    before = gym.registry[ID]
+    swath.register()
+    assert gym.registry[ID] is before
+    assert isinstance(gym.make(f"swath:{ID}").unwrapped, swath.MowerRoutingEnv)
+
+
+def test_the_spec_is_json():
+    env = gym.make(ID, scenario="pasture", weeds={"count": 3})
+    again = gym.make(gym.envs.registration.EnvSpec.from_json(env.spec.to_json()))
+    assert again.unwrapped.scenario == env.unwrapped.scenario
+
+
+def test_closing_twice_is_fine(env):
+    env.close()
+    env.close()
+
+
+def test_gymnasium_copies_of_the_environment_follow_seed_plus_index():
+    vector = gym.make_vec(ID, num_envs=3, vectorization_mode="sync", scenario="cowbot-field")
+    observations, _ = vector.reset(seed=40)
+    for row, observation in enumerate(observations):
+        assert np.array_equal(observation, make(scenario="cowbot-field").reset(seed=40 + row)[0])
+    vector.close()
+
+
+# Spaces
+
+
+def test_bounds_are_finite_and_every_number_has_a_name(env):
+    space = env.observation_space
+    assert (space.shape, space.dtype) == ((39,), np.float32)
+    assert np.isfinite(space.low).all()
+    assert np.isfinite(space.high).all()
+    assert len(set(env.observation_names)) == 39
+    assert env.action_space == gym.spaces.Box(
+        -1, 1, ({"steer": 1, "drive": 2}[env.scenario.to_dict()["action"]["kind"]],)
+    )
+
+
+def test_every_observation_of_an_episode_lies_in_the_space(env):
+    observation, _ = env.reset(seed=1)
+    for action in actions(env, 500):
+        assert observation in env.observation_space
+        observation, _, terminated, truncated, _ = env.step(action)
+        if terminated or truncated:
+            observation, _ = env.reset()
+
+
+def test_the_size_of_the_observation_follows_the_scenario():
+    env = make(observation={"nearest_weeds": 3, "rays": 5})
+    assert env.reset(seed=0)[0].shape == env.observation_space.shape == (7 + 3 * 3 + 5,)
+
+
+# Seeds
+
+
+def test_a_seed_and_the_resets_behind_it_repeat_as_a_sequence(env):
+    steps = actions(env, 30)
+
+    def sequence():
+        shown = [as_bytes(env.reset(seed=7)), *transcript(env, steps)]
+        for _ in range(3):
+            shown += [as_bytes(env.reset()), *transcript(env, steps)]
+        return shown, env.snapshot(), env.np_random.bit_generator.state
+
+    assert sequence() == sequence()
+
+
+def test_later_episodes_of_a_seed_have_other_weeds(env):
+    env.reset(seed=7)
+    first = env.snapshot()
+    env.reset()
+    assert env.snapshot() != first
+
+
+def test_a_first_reset_without_a_seed_draws_it_from_np_random(kind):
+    one, twin, other = make(kind), make(kind), make(kind)
+    for env, seed in ((one, 5), (twin, 5), (other, 6)):
+        env.np_random = np.random.default_rng(seed)
+        env.reset()
+    assert one.snapshot() == twin.snapshot()
+    assert one.snapshot() != other.snapshot()
+
+
+def test_environments_that_nobody_seeds_differ(kind):
+    one, other = make(kind), make(kind)
+    one.reset()
+    other.reset()
+    assert one.snapshot() != other.snapshot()
+
+
+def test_numpy_seeds_are_seeds(env):
+    env.reset(seed=np.int64(7))
+    snapshot = env.snapshot()
+    env.reset(seed=7)
+    assert env.snapshot() == snapshot
+
+
+@pytest.mark.parametrize("seed", [-1, 1 << 64, 1.5, "seven"])
+def test_a_seed_that_is_none_is_refused_by_name(env, seed):
+    env.reset(seed=3)
+    before = env.snapshot(), env.np_random.bit_generator.state
+    with pytest.raises(swath.ConfigError) as error:
+        env.reset(seed=seed)
+    assert str(error.value) == f"`seed` must be a whole number from 0 to {(1 << 64) - 1}, got {seed!r}"
+    assert (env.snapshot(), env.np_random.bit_generator.state) == before
+
+
+def test_the_largest_seed_is_a_seed(env):
+    env.reset(seed=(1 << 64) - 1)
+    env.reset()
+
+
+# Options
+
+
+def test_options_place_the_weeds_and_are_never_modified(env):
+    weeds = np.array([[10.0, 1.0], [20.0, 39.0]])
+    options = {"weeds": weeds}
+    env.reset(seed=0, options=options)
+    assert list(options) == ["weeds"]
+    assert options["weeds"] is weeds
+    assert np.array_equal(weeds, [[10.0, 1.0], [20.0, 39.0]])
+    placed = env.snapshot()
+    env.reset(seed=0, options={"weeds": weeds.tolist()})
+    assert env.snapshot() == placed
+
+
+def test_one_weed_on_the_first_pass_is_worth_one_less_the_way_to_it():
+    env = make(episode={"control_period_s": 1.0})
+    env.reset(seed=0, options={"weeds": [[10.0, 1.0]]})
+    rewards = [env.step(np.zeros(1, np.float32))[1] for _ in range(12)]
+    # Straight along y = 1 at 1 m a step: the bar passes x = 10 with the tenth step.
+    assert rewards == pytest.approx([-1.0] * 9 + [0.0] + [-1.0] * 2, abs=1e-9)
+
+
+def test_without_weeds_there_is_only_the_way(env):
+    env.reset(seed=0, options={"weeds": []})
+    _, reward, _, _, info = env.step(np.ones(env.action_space.shape, np.float32))
+    assert reward == info["reward_terms"]["path"] == pytest.approx(-0.5)
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"weed": [[1, 1]]}, "`options` must hold nothing but `weeds`, got `weed`"),
+        ({"weeds": [[1.0, 41.0]]}, "`weeds[0]` must be on the pasture, 0..=100 by 0..=40 m, got [1, 41]"),
+        ({"weeds": [[1.0, math.inf]]}, "`weeds[0]` must be on the pasture, 0..=100 by 0..=40 m, got [1, inf]"),
+        ({"weeds": [1.0, 2.0]}, "`weeds` must be an array (n, 2) of numbers, metres, got the shape (2,)"),
+        ({"weeds": [["a", "b"]]}, "`weeds` must be an array (n, 2) of numbers, metres, got `list`"),
+    ],
+)
+def test_options_that_cannot_be_used_are_refused_by_name(env, options, text):
+    env.reset(seed=3)
+    before = env.snapshot()
+    for seed in (None, 4):
+        with pytest.raises(swath.ConfigError) as error:
+            env.reset(seed=seed, options=options)
+        assert str(error.value) == text
+        assert env.snapshot() == before
+
+
+# Steps
+
+
+def test_flags_are_bool_and_the_reward_is_a_float(env):
+    env.reset(seed=0)
+    _, reward, terminated, truncated, info = env.step(env.action_space.sample())
+    assert type(reward) is float
+    assert terminated is False
+    assert truncated is False
+    assert set(info) == STEP_KEYS
+    assert info["action_clipped"] is False
+
+
+def test_the_terms_sum_to_the_reward_and_every_step_has_the_same_keys(env):
+    _, info = env.reset(seed=2)
+    assert info == {"reward_terms": {"weed": 0.0, "path": 0.0, "failure": 0.0}, "action_clipped": False}
+    for action in actions(env, 300):
+        _, reward, terminated, truncated, info = env.step(action)
+        assert reward == sum(info["reward_terms"].values())
+        assert list(info["reward_terms"]) == ["weed", "path", "failure"]
+        if terminated or truncated:
+            assert set(info) == STEP_KEYS | LAST_KEYS
+            break
+        assert set(info) == STEP_KEYS
+
+
+def test_an_action_beyond_the_box_is_clipped_and_said_to_be():
+    beyond, within = make(), make()
+    beyond.reset(seed=0)
+    within.reset(seed=0)
+    first, _, _, _, info = beyond.step(np.array([2.5], np.float32))
+    second, *_ = within.step(np.array([1.0], np.float32))
+    assert info["action_clipped"] is True
+    assert np.array_equal(first, second)
+
+
+def test_actions_may_be_anything_that_numpy_reads(env):
+    size = env.action_space.shape[0]
+    shown = []
+    for action in ([0.25] * size, (0.25,) * size, np.full(size, 0.25), np.full(2 * size, 0.25, np.float32)[::2]):
+        env.reset(seed=0)
+        shown.append(as_bytes(env.step(action)))
+    assert len(set(shown)) == 1
+
+
+@pytest.mark.parametrize(
+    ("action", "text"),
+    [
+        (np.array([math.nan], np.float32), "`action[0]` must be finite, got NaN"),
+        (np.array([-math.inf]), "`action[0]` must be finite, got -inf"),
+        (np.array([1e300]), "`action[0]` must be finite, got inf"),
+        (np.zeros(2, np.float32), "`action` must have 1 value(s), got 2"),
+        (np.zeros(0, np.float32), "`action` must have 1 value(s), got 0"),
+        (np.zeros((1, 1), np.float32), "`action` must have the shape (1,), got (1, 1)"),
+        (0.5, "`action` must have the shape (1,), got ()"),
+        (["left"], "`action` must have 1 number(s), got `list`"),
+        ({}, "`action` must have 1 number(s), got `dict`"),
+    ],
+)
+def test_an_action_that_cannot_be_driven_is_refused_before_anything_moves(action, text):
+    env = make()
+    env.reset(seed=0)
+    before = env.snapshot()
+    with pytest.raises(swath.ActionError) as error:
+        env.step(action)
+    assert str(error.value) == text
+    assert env.snapshot() == before
+
+
+def test_a_step_before_the_first_reset_is_refused(env):
+    with pytest.raises(swath.ActionError, match="`reset` must come before the first step"):
+        env.step(env.action_space.sample())
+
+
+def test_a_step_after_the_end_is_refused(kind):
+    env = make(kind, episode={"budget": 1e-6})
+    env.reset(seed=0)
+    env.step(np.ones(env.action_space.shape, np.float32))
+    with pytest.raises(swath.ActionError, match="`reset` must come before the next step: the episode has ended"):
+        env.step(env.action_space.sample())
+
+
+# Ends
+
+
+def test_the_budget_truncates_at_its_last_centimetre_and_the_last_info_tells_the_truth():
+    env = make(scenario="cowbot-field", episode={"budget": 0.05})
+    _, info = env.reset(seed=0)
+    truncated, total = False, 0.0
+    while not truncated:
+        assert LAST_KEYS.isdisjoint(info)
+        _, reward, terminated, truncated, info = env.step([0.0])
+        total += reward
+    assert terminated is False
+    assert info["outcome"] == "budget"
+    assert info["path_length_m"] == pytest.approx(0.05 * info["bcp_length_m"], abs=1e-9)
+    assert info["bcp_length_m"] == pytest.approx(897.519, abs=1e-3)
+    assert info["path_fraction"] == pytest.approx(0.05, abs=1e-12)
+    assert total == pytest.approx(info["weeds_mowed"] - info["path_length_m"], abs=1e-9)
+    assert (info["weeds_total"], type(info["weeds_total"])) == (14, int)
+
+
+def test_leaving_the_headland_costs_the_whole_budget():
+    env = make(pasture={"headland_m": 3.0}, mower={"start": [0.0, 20.0, math.pi]})
+    env.reset(seed=0, options={"weeds": []})
+    steps = [env.step([0.0]) for _ in range(7)]
+    assert [step[2] for step in steps] == [False] * 6 + [True]
+    info = steps[-1][4]
+    assert info["outcome"] == "left_headland"
+    assert sum(step[1] for step in steps) == pytest.approx(-info["bcp_length_m"], abs=1e-9)
+
+
+def test_a_pasture_that_is_seen_and_mowed_is_won():
+    env = make(episode={"seen_goal": 1e-6})
+    env.reset(seed=0, options={"weeds": [[0.4, 1.0]]})
+    _, _, terminated, _, info = env.step([0.0])
+    assert terminated is True
+    assert (info["outcome"], info["weeds_mowed"], info["weeds_total"]) == ("goal", 1, 1)
+
+
+def test_standing_still_ends_too():
+    env = make("drive", episode={"budget": 0.001})
+    env.reset(seed=0)
+    rewards, truncated = [], False
+    while not truncated:
+        _, reward, _, truncated, info = env.step([0.0, -1.0])
+        rewards.append(reward)
+    # Four times the steps of the budget at 0.5 m a step.
+    assert rewards == [0.0] * math.ceil(4 * 0.001 * info["bcp_length_m"] / 0.5)
+    assert info["outcome"] == "step_limit"
+
+
+# Fresh data
+
+
+def test_what_a_step_returns_is_not_touched_by_later_ones(env):
+    kept = [env.reset(seed=0), *(env.step(action) for action in actions(env, 20))]
+    copies = copy.deepcopy(kept)
+    env.reset()
+    for action in actions(env, 20, seed=1):
+        env.step(action)
+    assert [as_bytes(one) for one in kept] == [as_bytes(one) for one in copies]
+    arrays = [result[0] for result in kept]
+    assert not any(np.shares_memory(one, other) for one, other in itertools.combinations(arrays, 2))
+
+
+def test_what_the_caller_does_to_results_does_not_reach_the_environment(kind):
+    spoilt, clean = make(kind), make(kind)
+    spoilt.reset(seed=0)
+    clean.reset(seed=0)
+    for action in actions(clean, 20):
+        theirs = action.copy()
+        observation, *_, info = spoilt.step(theirs)
+        theirs[:] = observation[:] = np.nan
+        info["reward_terms"].clear()
+        clean.step(action)
+    assert spoilt.snapshot() == clean.snapshot()
+
+
+# State
+
+
+@pytest.mark.parametrize(
+    "duplicate",
+    [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env)), lambda env: cloudpickle.loads(cloudpickle.dumps(env))],
+    ids=["deepcopy", "pickle", "cloudpickle"],
+)
+@pytest.mark.parametrize("is_wrapped", [False, True])
+def test_a_duplicate_made_in_mid_episode_goes_on_bit_for_bit(kind, duplicate, is_wrapped):
+    env = gym.make(ID, action={"kind": kind}, scenario="cowbot-field")
+    env = env if is_wrapped else env.unwrapped
+    env.reset(seed=21)
+    env.reset()
+    for action in actions(env, 40):
+        env.step(action)
+    twin = duplicate(env)
+    steps = actions(env, 60, seed=1)
+    assert transcript(twin, steps) == transcript(env, steps)
+    assert as_bytes(twin.reset()) == as_bytes(env.reset())
+    assert twin.unwrapped.snapshot() == env.unwrapped.snapshot()
+    assert twin.np_random.bit_generator.state == env.np_random.bit_generator.state
+    assert twin.unwrapped.scenario == env.unwrapped.scenario
+
+
+def test_an_environment_can_be_pickled_before_its_first_reset(env):
+    twin = pickle.loads(pickle.dumps(env))
+    with pytest.raises(swath.ActionError):
+        twin.step(env.action_space.sample())
+    assert as_bytes(twin.reset(seed=1)) == as_bytes(env.reset(seed=1))
+
+
+def test_a_snapshot_can_be_restored_as_often_as_wanted_and_elsewhere(env, kind):
+    env.reset(seed=4)
+    for action in actions(env, 25):
+        env.step(action)
+    snapshot, steps = env.snapshot(), actions(env, 25, seed=1)
+    shown = transcript(env, steps)
+    elsewhere = make(kind)
+    for place in (env, elsewhere, env):
+        place.restore(snapshot)
+        assert transcript(place, steps) == shown
+
+
+def test_a_snapshot_that_does_not_fit_is_refused_and_changes_nothing(env):
+    env.reset(seed=4)
+    snapshot = env.snapshot()
+    other = make(weeds={"count": 3})
+    other.reset(seed=4)
+    for wrong in (b"", b"nonsense", snapshot[:-1], snapshot + b"x", other.snapshot()):
+        with pytest.raises(swath.SnapshotError, match="`snapshot` must"):
+            env.restore(wrong)
+        assert env.snapshot() == snapshot
+
+
+@hypothesis.given(
+    seed=st.integers(0, (1 << 64) - 1),
+    steps=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), max_size=30),
+    cut=st.integers(0, 30),
+)
+def test_any_episode_goes_on_from_its_snapshot(seed, steps, cut):
+    env, twin = (make("drive", scenario="cowbot-field") for _ in range(2))
+    env.reset(seed=seed)
+    transcript(env, steps[:cut])
+    twin.restore(env.snapshot())
+    assert transcript(twin, steps[cut:]) == transcript(env, steps[cut:])
+
+
+# Scenarios
+
+
+def test_every_way_to_name_a_scenario_gives_the_same_one(tmp_path):
+    file = tmp_path / "field.toml"
+    file.write_text(swath.Scenario("cowbot-field").to_toml())
+    blocks = swath.Scenario("cowbot-field").to_dict()
+    del blocks["id"]
+    ways = [
+        make(scenario="cowbot-field"),
+        make(scenario=str(file)),
+        make(scenario=file),
+        make(scenario=blocks),
+        make(scenario=swath.Scenario("cowbot-field")),
+        swath.MowerRoutingEnv(**blocks),
+    ]
+    assert {env.scenario.hash for env in ways} == {swath.Scenario("cowbot-field").hash}
+
+
+def test_blocks_are_laid_over_the_scenario_key_by_key():
+    blocks = make(scenario="cowbot-field", weeds={"count": 3}, mower=None).scenario.to_dict()
+    assert blocks["weeds"]["count"] == 3
+    assert blocks["weeds"]["distribution"] == "uniform"
+    assert blocks["mower"]["deck_width_m"] == 1.3
+
+
+def test_numpy_numbers_and_arrays_are_numbers():
+    weeds = np.array([[1.0, 2.0], [3.0, 4.0]])
+    one = swath.Scenario(
+        weeds={"positions_m": weeds}, mower={"deck_width_m": np.float32(1.5), "speed_mps": np.int64(2)}
+    )
+    other = swath.Scenario(weeds={"positions_m": weeds.tolist()}, mower={"deck_width_m": 1.5, "speed_mps": 2.0})
+    assert one == other
+    assert one.to_dict()["weeds"]["count"] == 2
+
+
+def test_a_weed_file_among_keywords_lies_where_python_runs(tmp_path, monkeypatch):
+    (tmp_path / "farm").mkdir()
+    (tmp_path / "farm" / "field.toml").write_text('[weeds]\nfile = "weeds.csv"\n')
+    (tmp_path / "farm" / "weeds.csv").write_text("1,2\n")
+    (tmp_path / "mine.csv").write_text("x_m,y_m\n3,4\n5,6\n")
+    monkeypatch.chdir(tmp_path)
+    field = Path("farm") / "field.toml"
+    assert swath.Scenario(field).to_dict()["weeds"]["positions_m"] == [[1.0, 2.0]]
+    mine = swath.Scenario(field, weeds={"file": "mine.csv"})
+    assert mine.to_dict()["weeds"]["positions_m"] == [[3.0, 4.0], [5.0, 6.0]]
+
+
+def test_a_scenario_can_be_pickled():
+    scenario = swath.Scenario("pasture", pasture={"headland_m": math.inf}, name="mine")
+    twin = pickle.loads(pickle.dumps(scenario))
+    assert (twin, twin.name, twin.hash) == (scenario, "mine", scenario.hash)
+    assert copy.deepcopy(scenario) == scenario
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        ({"wedes": {"count": 3}}, "`wedes` is not a known key; did you mean `weeds`?"),
+        ({"weeds": {"cuont": 3}}, "`weeds.cuont` is not a known key; did you mean `weeds.count`?"),
+        ({"weeds": {"count": -3}}, "`weeds.count` must be a whole number >= 0, got integer `-3`"),
+        ({"weeds": {"count": None}}, "`weeds.count` must be a number, a text, a list or a block of keys, got None"),
+        ({"weeds": {"count": 1 << 70}}, f"`weeds.count` must be a whole number of at most 63 bits, got {1 << 70}"),
+        ({"weeds": 3}, "`weeds` must be a block of keys, got 3"),
+        ({"mower": {"deck_width_m": math.nan}}, "`mower.deck_width_m` must be finite and > 0, got NaN"),
+        ({"scenario": "table1"}, "table1 declares the sweep `density`: it is for `swath evaluate`, "),
+        ({"scenario": "nowhere"}, "cannot read nowhere: no such file, and no shipped scenario"),
+        ({"scenario": 3}, "`scenario` must be a name, a path, a dictionary or a Scenario, got 3"),
+        ({"scenario": {1: {}}}, "`scenario` must be a block with text keys, got 1"),
+    ],
+)
+def test_a_scenario_that_cannot_be_used_is_refused_by_name(arguments, text):
+    with pytest.raises(swath.ConfigError) as error:
+        swath.MowerRoutingEnv(**arguments)
+    assert str(error.value).startswith(text)
+
+
+def test_a_render_mode_is_refused():
+    with pytest.raises(swath.ConfigError, match="`render_mode` must be None, got 'human'"):
+        swath.MowerRoutingEnv(render_mode="human")
+
+
+# Errors
+
+
+@pytest.mark.parametrize("kind_of_error", [swath.ConfigError, swath.ActionError, swath.SnapshotError])
+def test_errors_form_one_tree_and_survive_pickling(kind_of_error):
+    error = kind_of_error("`field` must be this, got that")
+    twin = pickle.loads(pickle.dumps(error))
+    assert (type(twin), str(twin)) == (kind_of_error, str(error))
+    assert isinstance(twin, swath.SwathError)
+    assert isinstance(twin, ValueError)
