@@ -95,7 +95,7 @@ impl Env {
         self.begun(py)
     }
 
-    /// One step. It takes about a microsecond, less than to detach from the interpreter and back under contention.
+    /// One step. It stays attached to the interpreter, since it takes no longer than to detach and come back.
     fn step<'py>(
         &mut self,
         py: Python<'py>,

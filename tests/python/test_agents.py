@@ -68,11 +68,11 @@ def test_steer_mows_all_that_drive_mows(name, seed):
     assert mowed == native.weeds_mowed == 14
 
 
+# `react` is left out: its random points go on from episode to episode.
+@pytest.mark.parametrize("name", ["bcp", "bcp-tsp", "jump", "snake", "r-snake"])
 def test_an_agent_starts_afresh_with_every_episode(name):
     native = swath.run_episode(name, scenario="cowbot-field", seed=4)
     env, agent = made_for(native, "drive"), swath.make_agent(name)
-    if name == "react":
-        pytest.skip("its random points go on from episode to episode")
     first = driven(env, agent)[0]
     env.reset(seed=4)
     assert np.array_equal(driven(env, agent)[0], first)
@@ -102,11 +102,11 @@ def test_what_the_mower_has_not_seen_does_not_change_a_decision():
     for far in ([90.0, 39.0], [60.0, 20.0]):
         env.reset(seed=0, options={"weeds": [[8.0, 2.0], far]})
         agent = swath.make_agent("jump")
-        shown.append([agent.act(env).tobytes() for _ in range(1)])
+        decisions = []
         for _ in range(10):
-            action = agent.act(env)
-            env.step(action)
-            shown[-1].append(action.tobytes())
+            decisions.append(agent.act(env).tobytes())
+            env.step(np.frombuffer(decisions[-1], np.float32))
+        shown.append(decisions)
     assert shown[0] == shown[1]
 
 
