@@ -11,6 +11,7 @@ use swath_core::config::{Document, ValidScenario};
 use swath_core::env::{Beginning, Env, Summary};
 use swath_core::episode::Outcome;
 use swath_core::geometry::{Point, Pose};
+use swath_core::known::{KnownWeed, KnownWeeds};
 use swath_core::site::Site;
 use swath_core::view::View;
 
@@ -177,6 +178,36 @@ fn run_to(
     let is_met =
         weeds.is_detected().iter().zip(weeds.is_mowed()).map(|(&seen, &cut)| seen || cut).collect();
     Partial { weeds: weeds.positions().to_vec(), is_met, decisions: taken }
+}
+
+/// An agent that sees a weed at (50, 20) for ever, however often it is driven over.
+struct Haunted(Box<dyn Agent>);
+
+impl Agent for Haunted {
+    fn reset(&mut self, view: &View) {
+        self.0.reset(view);
+    }
+
+    fn act(&mut self, view: &View) -> Decision {
+        let mut known = KnownWeeds::none(view.site.length_m, view.site.width_m);
+        known.add(KnownWeed { number: 0, position: Point::new(50.0, 20.0) });
+        self.0.act(&View { known_weeds: &known, weeds_detected: 1, ..*view })
+    }
+}
+
+#[test]
+fn a_planner_that_would_go_on_for_ever_is_capped() {
+    let scenario = Document::open("pasture").unwrap().scenario().unwrap();
+    // JUMP gives up at ten boustrophedon paths; SNAKE after 40 passes without a newly mowed weed, 7 before that to the top.
+    let bcp_length_m = Env::new(&scenario).site().bcp_length_m;
+    for (name, longest_m) in [("jump", 10.0 * bcp_length_m + 200.0), ("snake", 48.0 * 200.0)] {
+        let mut env = Env::new(&scenario);
+        let mut agent = Haunted(name.parse::<AgentSpec>().unwrap().build(0));
+        let outcome = run_agent(&mut env, &mut agent, 0, Some(&[]), |_| ());
+        assert_eq!(outcome, Outcome::Capped, "{name}");
+        let path_m = env.summary().path_length_m;
+        assert!(path_m < longest_m, "{name}: {path_m} m");
+    }
 }
 
 /// A Gymnasium step may be shorter than the agent's command: it is asked again, from wherever the mower then is.

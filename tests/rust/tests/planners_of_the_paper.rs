@@ -49,6 +49,17 @@ fn the_search_sweep_is_as_long_as_its_closed_form() {
 }
 
 #[test]
+fn bcp_tsp_mows_every_weed_that_its_search_sweep_found() {
+    let scenario = open("pasture", "weeds.count = 120");
+    for seed in 0..5 {
+        let sweep = run_episode(&scenario, &agent("bcp:spacing=sensor"), seed, None).weeds;
+        let toured = run_episode(&scenario, &agent("bcp-tsp"), seed, None).weeds;
+        let is_found = sweep.is_detected().iter();
+        assert!(is_found.zip(toured.is_mowed()).all(|(&found, &mowed)| !found || mowed));
+    }
+}
+
+#[test]
 fn react_drives_exactly_the_length_of_bcp() {
     for seed in 0..5 {
         let (summary, _) = run_summary(&open("pasture", ""), &agent("react"), seed);
