@@ -111,6 +111,9 @@ impl ActionDecoder {
     }
 
     /// The action that stands for `command`, cut to one control period; the counterpart of [`ActionDecoder::decode`].
+    ///
+    /// The distance is rounded up to float32: a planner ends its commands where the sensor looks, and a step that ended a
+    /// hair before would leave it without the look.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "actions are float32 by contract")]
     pub fn encode(&self, command: Command) -> Vec<f32> {
@@ -119,8 +122,12 @@ impl ActionDecoder {
         match self.kind {
             ActionKind::Steer => vec![curvature],
             ActionKind::Drive => {
-                let share = (command.distance_m / self.control_distance_m).clamp(0.0, 1.0);
-                vec![curvature, (2.0 * share - 1.0) as f32]
+                let share =
+                    2.0 * (command.distance_m / self.control_distance_m).clamp(0.0, 1.0) - 1.0;
+                let nearest = share as f32;
+                let rounded_up =
+                    if f64::from(nearest) < share { nearest.next_up() } else { nearest };
+                vec![curvature, rounded_up]
             }
         }
     }

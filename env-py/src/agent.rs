@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use swath_agents::agent::{Agent as Planner, Decision};
 use swath_agents::registry::{self, AGENTS};
 use swath_agents::tracker::{TRACKING_MARGIN_M, Tracker};
-use swath_core::action::{ActionDecoder, ActionError, Command};
+use swath_core::action::ActionError;
 use swath_core::config::ActionKind;
 use swath_core::episode::{End, Outcome};
 
@@ -137,27 +137,12 @@ impl Present {
     fn act(&mut self, env: &Env) -> Option<Vec<f32>> {
         let planner = self.planner.get_mut().expect("the mutex is never locked");
         match planner.act(&env.core.view()) {
-            Decision::Drive(command) => return Some(action_for(command, env.core.decoder())),
+            Decision::Drive(command) => return Some(env.core.decoder().encode(command)),
             Decision::Done => self.stop = Some(Outcome::Done),
             Decision::Capped => self.stop = Some(Outcome::Capped),
         }
         None
     }
-}
-
-/// The action that stands for `command`, its distance rounded up to float32.
-///
-/// A planner decides where the sensor looks. A step that ended a hair before that place would leave it without the look.
-fn action_for(command: Command, decoder: &ActionDecoder) -> Vec<f32> {
-    let mut action = decoder.encode(command);
-    let driven_m = decoder.decode(&action).map_or(0.0, |(driven, _)| driven.distance_m);
-    if let [_, share] = &mut action[..]
-        && *share < 1.0
-        && driven_m < command.distance_m
-    {
-        *share = share.next_up();
-    }
-    action
 }
 
 /// Name of every agent, what it does, and whether its own choices are random.
