@@ -146,9 +146,12 @@ ci: lint test test-gymnasium-oldest docs demo ## everything that .ci/run checks,
 # Figures
 
 .PHONY: bench
-bench: tools ## throughput of the Rust core
+bench: build-release ## how long steps, episodes and the density sweep of the paper take
 	$(RELEASE) cargo bench --locked -p swath-benchmarks
+	rm -rf out/bench
+	time python -m swath evaluate table1 --only density --agents bcp,bcp-tsp,react,jump,snake,r-snake --instances 100 --out out/bench
 
 .PHONY: paper
 paper: build-release ## the experiments of the paper run anew: docs/reproduce, its data and figures
+	rm -rf out/paper
 	python -m benchmarks.paper

@@ -36,10 +36,22 @@ pub trait Agent: Send {
     fn act(&mut self, view: &View) -> Decision;
 }
 
-/// Path length at which a planner gives up: 20 km, or ten boustrophedon paths on a large pasture.
+/// An agent that gives up when its path is 20 km long, or ten boustrophedon paths on a large pasture.
 ///
 /// The paper names no cap; its planners end long before this one on every pasture tried (`make paper` counts).
-#[must_use]
-pub fn safety_cap_m(site: &Site) -> f64 {
-    (10.0 * site.bcp_length_m).max(20_000.0)
+pub struct Capped(pub Box<dyn Agent>);
+
+impl Agent for Capped {
+    fn start(&self, site: &Site) -> Option<Pose> {
+        self.0.start(site)
+    }
+
+    fn reset(&mut self, view: &View) {
+        self.0.reset(view);
+    }
+
+    fn act(&mut self, view: &View) -> Decision {
+        let cap_m = (10.0 * view.site.bcp_length_m).max(20_000.0);
+        if view.path_m > cap_m { Decision::Capped } else { self.0.act(view) }
+    }
 }

@@ -8,8 +8,13 @@ use swath_core::math::wrap_to_pi;
 use swath_core::site::Site;
 use swath_core::view::View;
 
+use crate::route::Route;
+
 /// Offsets below this are rounding, metres and radians.
 const ON_THE_LINE: f64 = 1e-9;
+/// A mower this near the beginning of its first pass is on it, metres and radians.
+const AT_START_M: f64 = 0.25;
+const AT_START_RAD: f64 = 0.1;
 /// Way within which an offset is steered away, metres.
 const SETTLE_M: f64 = 1.0;
 
@@ -56,16 +61,20 @@ impl Heading {
         }
     }
 
-    /// The x at which the mower is `along_m` along the pass.
-    #[must_use]
-    pub fn x(self, along_m: f64, site: &Site) -> f64 {
-        self.along(along_m, site)
-    }
-
     /// The pose `along_m` along a pass at height `y_m`.
     #[must_use]
     pub fn pose(self, along_m: f64, y_m: f64, site: &Site) -> Pose {
-        Pose::new(self.x(along_m, site), y_m, self.rad())
+        Pose::new(self.along(along_m, site), y_m, self.rad())
+    }
+
+    /// The way to the beginning of the first pass, at height `y_m`; `None` if the mower stands there already, or so near that
+    /// [`Heading::hold`] will do: the shortest path a hair to the side is a loop.
+    #[must_use]
+    pub fn way_to_first_pass(self, y_m: f64, view: &View) -> Option<Route> {
+        let first = self.pose(0.0, y_m, view.site);
+        let is_there = view.pose.distance_to(&first) < AT_START_M
+            && wrap_to_pi(view.pose.heading_rad - first.heading_rad).abs() < AT_START_RAD;
+        (!is_there).then(|| Route::shortest_to(first, view))
     }
 
     /// Drives straight on at height `y_m` for `distance_m`.

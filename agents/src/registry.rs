@@ -7,8 +7,9 @@ use schemars::JsonSchema;
 use swath_core::config::{ConfigError, from_table, nearest};
 use toml::{Table, Value};
 
-use crate::agent::Agent;
+use crate::agent::{Agent, Capped};
 use crate::routing::{Bcp, BcpOptions, BcpTsp, Jump, React, Snake};
+use crate::tracker::{TRACKING_MARGIN_M, Tracker};
 
 /// An agent of the registry: its name, and what it does in one line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -105,17 +106,28 @@ impl AgentSpec {
         Ok(Self { label, build })
     }
 
-    /// A fresh agent; `seed` is for its own choices, if it makes any at random.
+    /// A fresh agent with its safety cap; `seed` is for its own choices, if it makes any at random.
     #[must_use]
     pub fn build(&self, seed: u64) -> Box<dyn Agent> {
-        match self.build {
+        let agent: Box<dyn Agent> = match self.build {
             Build::Bcp(options) => Box::new(Bcp::new(options)),
             Build::BcpTsp => Box::new(BcpTsp::new()),
             Build::React => Box::new(React::new(seed)),
             Build::Jump => Box::new(Jump::new()),
             Build::Snake => Box::new(Snake::new()),
             Build::RSnake => Box::new(Snake::restricted()),
-        }
+        };
+        Box::new(Capped(agent))
+    }
+
+    /// The same agent for a mower that is told one curvature a control period.
+    ///
+    /// `bcp` is followed without a margin: a narrower deck would only give it more passes, and on straights the mower keeps
+    /// to the path.
+    #[must_use]
+    pub fn build_tracked(&self, seed: u64) -> Box<dyn Agent> {
+        let margin_m = if matches!(self.build, Build::Bcp(_)) { 0.0 } else { TRACKING_MARGIN_M };
+        Box::new(Tracker::new(self.build(seed), margin_m))
     }
 }
 

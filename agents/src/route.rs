@@ -45,6 +45,11 @@ impl Route {
         self
     }
 
+    /// Whether every piece is driven.
+    pub fn is_driven(&mut self, view: &View) -> bool {
+        self.next(view).is_none()
+    }
+
     /// The next command: the rest of the piece that the mower is on; `None` when all are driven.
     pub fn next(&mut self, view: &View) -> Option<Command> {
         while let Some((segment, end_m)) = self.pieces.get(self.next) {

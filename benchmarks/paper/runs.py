@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -12,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 import swath
+from swath.evaluation.statistics import spread
 
 Floats = npt.NDArray[np.float64]
 
@@ -107,14 +107,22 @@ class Runs:
             outcomes[row["outcome"]] = outcomes.get(row["outcome"], 0) + 1
         return outcomes
 
+    def by_instance(self, agent: str, measure: str, **where: str | float) -> Floats:
+        """A measure of each instance, its mean over the cells that `where` picks.
+
+        Instances are independent of one another; the cells of one instance are not, since they share random numbers.
+        """
+        cells = [measured(rows, measure) for rows in self.cells(agent, **where)]
+        mean: Floats = np.mean(cells, axis=0)
+        return mean
+
     def mean(self, agent: str, measure: str, **where: str | float) -> Mean:
-        """Mean of a measure over the cells that `where` picks, each cell counting the same."""
-        return stratified([measured(rows, measure) for rows in self.cells(agent, **where)])
+        """Mean of a measure over instances, each averaged over the cells that `where` picks."""
+        return mean_of(self.by_instance(agent, measure, **where))
 
     def difference(self, agent: str, other: str, measure: str, **where: str | float) -> Mean:
-        """Mean of `agent` minus `other` on the same instances, over the cells that `where` picks."""
-        pairs = zip(self.cells(agent, **where), self.cells(other, **where), strict=True)
-        return stratified([measured(mine, measure) - measured(theirs, measure) for mine, theirs in pairs])
+        """Mean of `agent` minus `other` on the same instances."""
+        return mean_of(self.by_instance(agent, measure, **where) - self.by_instance(other, measure, **where))
 
     def each(self, agent: str, measure: str, **where: str | float) -> Floats:
         """A measure of every episode that `where` picks, by cell and instance."""
@@ -134,11 +142,10 @@ def measured(rows: list[dict[str, str]], measure: str) -> Floats:
     return 100 * column(f"weeds_{measure}") / column("weeds_total")
 
 
-def stratified(cells: list[Floats]) -> Mean:
-    """Mean over cells of equal weight, with a 95 % interval from the spread within cells (normal quantile)."""
-    mean = float(np.mean([cell.mean() for cell in cells]))
-    variance = sum(float(cell.var(ddof=1)) / cell.size for cell in cells) / len(cells) ** 2
-    return Mean(mean, 1.96 * math.sqrt(variance))
+def mean_of(values: Floats) -> Mean:
+    """Mean of independent values with half its 95 % interval, by Student's t."""
+    known = spread(list(values))
+    return Mean(known["mean"], 0.0 if known["high"] is None else known["high"] - known["mean"])
 
 
 def run(experiment: Experiment, folder: Path, jobs: int | None) -> Runs:

@@ -70,13 +70,19 @@ impl ActionDecoder {
         }
     }
 
+    /// Name, lowest and highest value of every number of an action.
+    #[must_use]
+    pub fn spec(&self) -> &'static [(&'static str, f32, f32)] {
+        match self.kind {
+            ActionKind::Steer => &[("curvature", -1.0, 1.0)],
+            ActionKind::Drive => &[("curvature", -1.0, 1.0), ("distance", -1.0, 1.0)],
+        }
+    }
+
     /// How many numbers an action has, each in [-1, 1].
     #[must_use]
     pub fn len(&self) -> usize {
-        match self.kind {
-            ActionKind::Steer => 1,
-            ActionKind::Drive => 2,
-        }
+        self.spec().len()
     }
 
     /// Whether an action has no numbers; it always has some.

@@ -51,10 +51,13 @@ pub enum End {
 }
 
 impl End {
-    /// Whether the episode ended by a failure, which charges the rest of the budget.
+    /// Whether the episode ended by a failure, which charges the rest of the budget: the mower left, or stood about.
     #[must_use]
     pub fn is_failure(self) -> bool {
-        self == Self::Terminated(Outcome::LeftHeadland)
+        matches!(
+            self,
+            Self::Terminated(Outcome::LeftHeadland) | Self::Truncated(Outcome::StepLimit)
+        )
     }
 }
 

@@ -1,6 +1,6 @@
 //! The pasture cut into cells: the one spatial index, for weeds and for seen ground.
 
-use crate::geometry::{Footprint, Limits, Point, Side};
+use crate::geometry::{Footprint, Point, Side, XLimits};
 use crate::math::{floor_index, larger, smaller};
 
 /// Slack that keeps the ranges on the safe side of rounding, metres.
@@ -100,15 +100,15 @@ impl Grid {
 
     /// The limits of a footprint in cells: where the row's line through its middle, or its whole height, may meet it.
     #[inline]
-    fn limits_in_cells(&self, footprint: &impl Footprint, reach: Reach) -> Limits {
+    fn limits_in_cells(&self, footprint: &impl Footprint, reach: Reach) -> XLimits {
         let half_m = if reach == Reach::Touch { 0.5 * self.cell_y_m } else { 0.0 };
-        let Limits { lower, upper } = *footprint.limits();
+        let XLimits { lower, upper } = *footprint.limits();
         let in_cells = |side: Side, widen: f64| Side {
             x_at_0_m: (side.x_at_0_m + widen * (side.slope.abs() * half_m + SLACK_M))
                 * self.per_x_m,
             slope: side.slope * self.per_x_m,
         };
-        Limits {
+        XLimits {
             lower: lower.map(|side| in_cells(side, -1.0)),
             upper: upper.map(|side| in_cells(side, 1.0)),
         }
@@ -228,7 +228,7 @@ impl CellSet {
         if self.per_row[rows.clone()].iter().all(|&count| count == 0) {
             return 0;
         }
-        let Limits { lower: [l0, l1], upper: [u0, u1] } = grid.limits_in_cells(footprint, reach);
+        let XLimits { lower: [l0, l1], upper: [u0, u1] } = grid.limits_in_cells(footprint, reach);
         let mut removed = 0;
         for row in rows {
             if self.per_row[row] == 0 {

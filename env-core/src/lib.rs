@@ -14,7 +14,7 @@
 //! | [`action`], [`mower`] | from an agent's numbers to a motion |
 //! | [`deck`] | **where a weed is mowed** |
 //! | [`sensor`], [`belief`], [`view`] | **who may see it**: what a look shows, what the mower remembers, what an agent gets |
-//! | [`reward`], [`episode`] | **what it is worth**, and when it ends |
+//! | [`episode`], [`reward`] | when it ends, and **what it is worth** |
 //! | [`observation`], [`mod@env`] | numbers for learners, and the step that joins all of this |
 //!
 //! ```
@@ -42,7 +42,7 @@ pub mod deck;
 pub mod sensor;
 pub mod belief;
 pub mod view;
-pub mod reward;
 pub mod episode;
+pub mod reward;
 pub mod observation;
 pub mod env;

@@ -7,9 +7,8 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use swath_agents::agent::{Agent as Planner, Decision};
 use swath_agents::registry::{self, AGENTS};
-use swath_agents::tracker::{TRACKING_MARGIN_M, Tracker};
 use swath_core::action::ActionError;
-use swath_core::config::ActionKind;
+use swath_core::config::{ActionKind, ConfigError};
 use swath_core::episode::{End, Outcome};
 
 use crate::env::Env;
@@ -31,6 +30,10 @@ impl AgentSpec {
     fn new(name: &str, options: Option<&Bound<PyDict>>) -> Result<Self, Error> {
         let spec = match options.filter(|options| !options.is_empty()) {
             None => name.parse()?,
+            Some(_) if name.contains(':') => {
+                let expected = "a name without options where options are given beside it";
+                return Err(ConfigError::value("agent", expected, format!("`{name}`")).into());
+            }
             Some(options) => {
                 registry::AgentSpec::new(name, table_from(options.as_mapping(), name)?)?
             }
@@ -125,10 +128,9 @@ impl Agent {
 
     /// The planner itself where an action can end a step at the end of an arc; else a tracker that follows its path.
     fn build(&self, kind: ActionKind) -> Box<dyn Planner> {
-        let planner = self.spec.build(self.seed);
         match kind {
-            ActionKind::Drive => planner,
-            ActionKind::Steer => Box::new(Tracker::new(planner, TRACKING_MARGIN_M)),
+            ActionKind::Drive => self.spec.build(self.seed),
+            ActionKind::Steer => self.spec.build_tracked(self.seed),
         }
     }
 }

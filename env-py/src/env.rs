@@ -58,8 +58,7 @@ impl Env {
     /// Name, lowest and highest value of every number of an action.
     #[getter]
     fn action_spec(&self) -> Vec<(&'static str, f32, f32)> {
-        let names = ["curvature", "distance"];
-        names[..self.core.decoder().len()].iter().map(|name| (*name, -1.0, 1.0)).collect()
+        self.core.decoder().spec().to_vec()
     }
 
     /// Whether an episode has begun.
@@ -174,6 +173,10 @@ fn info<'py>(
 #[expect(clippy::cast_possible_truncation, reason = "actions are float32 by contract")]
 fn read_action(action: &Bound<PyAny>, size: usize, numbers: &mut Vec<f32>) -> Result<(), Error> {
     numbers.clear();
+    if action.is_none() {
+        let text = "`action` must be numbers, got None, which an agent returns when it has stopped";
+        return Err(Error::ActionForm(text.to_owned()));
+    }
     if let Ok(array) = action.cast::<PyArray1<f32>>() {
         numbers.extend(array.readonly().as_array());
         return Ok(());
@@ -188,6 +191,10 @@ fn read_action(action: &Bound<PyAny>, size: usize, numbers: &mut Vec<f32>) -> Re
     if array.ndim() != 1 {
         return Err(wrong(&format!("the shape ({size},)"), shape_text(array.shape())));
     }
-    numbers.extend(array.readonly().as_array().iter().map(|&value| value as f32));
+    // Large numbers are clipped later, like all that lie beyond the bounds; only infinity is infinite.
+    let most = f64::from(f32::MAX);
+    let narrow =
+        |value: f64| if value.is_finite() { value.clamp(-most, most) } else { value } as f32;
+    numbers.extend(array.readonly().as_array().iter().copied().map(narrow));
     Ok(())
 }

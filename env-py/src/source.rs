@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
-use swath_core::config::{Cell, ConfigError, Document, shipped};
+use swath_core::config::{Cell, ConfigError, Document};
 use toml::{Table, Value};
 
 use crate::errors::Error;
@@ -42,20 +42,12 @@ impl Source {
 
     /// Opens a file or a shipped scenario.
     fn open(path: &str) -> Result<Self, Error> {
-        let name = Document::open(path)?.name().to_owned();
-        let file_error = |error: std::io::Error| ConfigError::File {
-            name: path.to_owned(),
-            message: error.to_string(),
-        };
-        let (text, folder) = match shipped(path) {
-            Some(text) => (text.to_owned(), Path::new("")),
-            None => (
-                std::fs::read_to_string(path).map_err(file_error)?,
-                Path::new(path).parent().unwrap_or(Path::new("")),
-            ),
-        };
-        let table = text.parse().expect("the document was read from the same text");
-        Ok(Self { name, table, folder: folder.to_owned() })
+        let document = Document::open(path)?;
+        Ok(Self {
+            name: document.name().to_owned(),
+            table: document.written().clone(),
+            folder: document.folder().to_owned(),
+        })
     }
 
     /// The document, with keywords laid over it.

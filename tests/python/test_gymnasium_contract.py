@@ -280,7 +280,8 @@ def test_actions_may_be_anything_that_numpy_reads(env):
     [
         (np.array([math.nan], np.float32), "`action[0]` must be finite, got NaN"),
         (np.array([-math.inf]), "`action[0]` must be finite, got -inf"),
-        (np.array([1e300]), "`action[0]` must be finite, got inf"),
+        (np.array([math.inf]), "`action[0]` must be finite, got inf"),
+        (None, "`action` must be numbers, got None, which an agent returns when it has stopped"),
         (np.zeros(2, np.float32), "`action` must have 1 value(s), got 2"),
         (np.zeros(0, np.float32), "`action` must have 1 value(s), got 0"),
         (np.zeros((1, 1), np.float32), "`action` must have the shape (1,), got (1, 1)"),
@@ -350,6 +351,16 @@ def test_a_pasture_that_is_seen_and_mowed_is_won():
     assert (info["outcome"], info["weeds_mowed"], info["weeds_total"]) == ("goal", 1, 1)
 
 
+@pytest.mark.parametrize("huge", [2.0, 1e300])
+def test_a_finite_action_beyond_its_bounds_is_clipped_and_that_is_said(huge):
+    env, twin = make(), make()
+    env.reset(seed=0)
+    twin.reset(seed=0)
+    observation, *_, info = env.step(np.array([huge]))
+    assert info["action_clipped"] is True
+    assert np.array_equal(observation, twin.step(np.array([1.0]))[0])
+
+
 def test_standing_still_ends_too():
     env = make("drive", episode={"budget": 0.001})
     env.reset(seed=0)
@@ -357,8 +368,10 @@ def test_standing_still_ends_too():
     while not truncated:
         _, reward, _, truncated, info = env.step([0.0, -1.0])
         rewards.append(reward)
-    # Four times the steps of the budget at 0.5 m a step.
-    assert rewards == [0.0] * math.ceil(4 * 0.001 * info["bcp_length_m"] / 0.5)
+    # Four times the steps of the budget at 0.5 m a step; the last one is charged what driving it would have cost.
+    budget_m = 0.001 * info["bcp_length_m"]
+    assert rewards[:-1] == [0.0] * (math.ceil(4 * budget_m / 0.5) - 1)
+    assert rewards[-1] == pytest.approx(-budget_m)
     assert info["outcome"] == "step_limit"
 
 

@@ -70,12 +70,13 @@ impl Bcp {
 
 impl Agent for Bcp {
     fn start(&self, site: &Site) -> Option<Pose> {
-        Some(Heading::East.pose(0.0, 0.5 * self.spacing_m(site), site))
+        let is_sweep = self.options.spacing == Spacing::Sensor;
+        is_sweep.then(|| Heading::East.pose(0.0, 0.5 * self.spacing_m(site), site))
     }
 
     fn reset(&mut self, view: &View) {
         self.pass = 0;
-        self.turn = Some(self.to_pass(view));
+        self.turn = Heading::East.way_to_first_pass(self.pass_y(view.site), view);
     }
 
     fn act(&mut self, view: &View) -> Decision {

@@ -3,7 +3,7 @@
 use swath_core::geometry::{Point, Pose, Word};
 use swath_core::view::View;
 
-use crate::agent::{Agent, Decision, PIECE_M, safety_cap_m};
+use crate::agent::{Agent, Decision, PIECE_M};
 use crate::pass::Heading;
 use crate::route::{ARRIVED_M, Route};
 
@@ -116,13 +116,10 @@ impl Agent for Jump {
     fn reset(&mut self, view: &View) {
         self.pass = 0;
         self.pass_y_m = 0.5 * view.site.deck_width_m;
-        self.detour = Some(self.to_pass(view));
+        self.detour = Heading::East.way_to_first_pass(self.pass_y_m, view);
     }
 
     fn act(&mut self, view: &View) -> Decision {
-        if view.path_m > safety_cap_m(view.site) {
-            return Decision::Capped;
-        }
         loop {
             if let Some(command) = self.detour.as_mut().and_then(|detour| detour.next(view)) {
                 return Decision::Drive(command);

@@ -14,6 +14,7 @@ use crate::route::{ARRIVED_M, Route};
 /// Reading of what the paper leaves open: the heading at a target is the bearing from where the target was chosen.
 #[derive(Debug, Clone)]
 pub struct React {
+    seed: u64,
     rng: StreamRng,
     target: Option<Target>,
 }
@@ -29,7 +30,7 @@ impl React {
     /// The planner, drawing its points from `seed`.
     #[must_use]
     pub fn new(seed: u64) -> Self {
-        Self { rng: rng::agent_rng(seed), target: None }
+        Self { seed, rng: rng::agent_rng(seed), target: None }
     }
 
     fn choose(&mut self, view: &View) -> Target {
@@ -56,7 +57,7 @@ impl Target {
 
 impl Agent for React {
     fn reset(&mut self, _view: &View) {
-        self.target = None;
+        *self = Self::new(self.seed);
     }
 
     fn act(&mut self, view: &View) -> Decision {
@@ -64,17 +65,21 @@ impl Agent for React {
         if left_m <= ARRIVED_M {
             return Decision::Done;
         }
-        loop {
-            let mut target = self
-                .target
-                .take()
-                .filter(|target| target.is_wanted(view))
-                .unwrap_or_else(|| self.choose(view));
-            if let Some(command) = target.route.next(view) {
-                self.target = Some(target);
-                let distance_m = command.distance_m.min(PIECE_M).min(left_m);
-                return Decision::Drive(Command { distance_m, ..command });
-            }
+        let mut target = self
+            .target
+            .take()
+            .filter(|target| target.is_wanted(view))
+            .unwrap_or_else(|| self.choose(view));
+        if target.route.is_driven(view) {
+            target = self.choose(view);
         }
+        // A target where the mower stands has no route: one piece straight on, and the deck has passed over it.
+        let ahead = Command { curvature_per_m: 0.0, distance_m: PIECE_M };
+        let command = target.route.next(view).unwrap_or(ahead);
+        self.target = Some(target);
+        Decision::Drive(Command {
+            distance_m: command.distance_m.min(PIECE_M).min(left_m),
+            ..command
+        })
     }
 }

@@ -3,7 +3,7 @@
 use swath_core::geometry::{Pose, Word};
 use swath_core::view::View;
 
-use crate::agent::{Agent, Decision, PIECE_M, safety_cap_m};
+use crate::agent::{Agent, Decision, PIECE_M};
 use crate::pass::Heading;
 use crate::route::{ARRIVED_M, Route};
 
@@ -130,13 +130,10 @@ impl Agent for Snake {
         let is_restricted = self.is_restricted;
         *self = Self { is_restricted, pass_y_m: 0.5 * view.site.deck_width_m, ..Self::new() };
         self.line_y_m = self.pass_y_m;
-        self.word = Some(self.to_pass(view));
+        self.word = Heading::East.way_to_first_pass(self.pass_y_m, view);
     }
 
     fn act(&mut self, view: &View) -> Decision {
-        if view.path_m > safety_cap_m(view.site) {
-            return Decision::Capped;
-        }
         loop {
             if let Some(word) = &mut self.word {
                 if let Some(command) = word.next(view) {

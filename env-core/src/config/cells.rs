@@ -53,10 +53,10 @@ impl Document {
         for sweep in chosen {
             self.refuse_redrawing(sweep)?;
             for table in product(&self.table, &sweep.axes) {
-                let scenario = self.resolve(table)?;
+                let scenario = self.resolve(table.clone())?;
                 let values = columns
                     .iter()
-                    .map(|key| Ok((key.clone(), value_of(&scenario, key)?)))
+                    .map(|key| Ok((key.clone(), value_of(&scenario, &table, key)?)))
                     .collect::<Result<_, _>>()?;
                 cells.push(Cell {
                     name: format!("{}/{}", self.name(), sweep.name),
@@ -115,16 +115,13 @@ fn with(table: &Table, key: &str, value: &Value) -> Table {
     table
 }
 
-/// The value that a resolved scenario has under a dotted key, defaults included.
-fn value_of(scenario: &ValidScenario, key: &str) -> Result<Value, ConfigError> {
-    let mut value =
-        Value::try_from(&**scenario).expect("every field of a scenario has a TOML form");
-    for name in key.split('.') {
-        let Some(inner) = value.as_table_mut().and_then(|table| table.remove(name)) else {
-            keys::check_leaf(key)?;
-            return Ok(Value::String(String::new()));
-        };
-        value = inner;
-    }
-    Ok(value)
+/// The value that a scenario has under a dotted key, defaults included; a file that was read has the name it was `written` with.
+fn value_of(scenario: &ValidScenario, written: &Table, key: &str) -> Result<Value, ConfigError> {
+    keys::check_leaf(key)?;
+    let resolved = Value::try_from(&**scenario).expect("every field of a scenario has a TOML form");
+    let find = |value: &Value| {
+        key.split('.').try_fold(value.clone(), |value, name| value.get(name).cloned())
+    };
+    let found = find(&resolved).or_else(|| find(&Value::Table(written.clone())));
+    Ok(found.unwrap_or_else(|| Value::String(String::new())))
 }

@@ -10,6 +10,8 @@ use super::{ConfigError, Scenario, ValidScenario, keys, shipped, weed_file};
 #[derive(Debug, Clone)]
 pub struct Document {
     name: String,
+    /// All that was written, sweeps included.
+    written: Table,
     pub(super) table: Table,
     pub(super) sweeps: Vec<SweepEntry>,
     folder: PathBuf,
@@ -28,6 +30,7 @@ impl Document {
     pub fn empty(name: &str) -> Self {
         Self {
             name: name.to_owned(),
+            written: Table::new(),
             table: Table::new(),
             sweeps: Vec::new(),
             folder: PathBuf::new(),
@@ -84,6 +87,7 @@ impl Document {
     ///
     /// Those of sweeps.
     pub fn from_table(name: &str, mut table: Table, folder: &Path) -> Result<Self, ConfigError> {
+        let written = table.clone();
         let sweeps: Vec<SweepEntry> = match table.remove("sweep") {
             None => Vec::new(),
             Some(Value::Array(entries)) => {
@@ -102,7 +106,19 @@ impl Document {
                 ));
             }
         }
-        Ok(Self { name: name.to_owned(), table, sweeps, folder: folder.to_owned() })
+        Ok(Self { name: name.to_owned(), written, table, sweeps, folder: folder.to_owned() })
+    }
+
+    /// All that was written, sweeps included, keywords laid over it not.
+    #[must_use]
+    pub fn written(&self) -> &Table {
+        &self.written
+    }
+
+    /// The folder that paths in the document are relative to.
+    #[must_use]
+    pub fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// What messages and result files call this document.

@@ -11,12 +11,12 @@ pub trait Footprint {
     /// Lowest and highest y of the shape, metres.
     fn y_range(&self) -> (f64, f64);
     /// The limits on x.
-    fn limits(&self) -> &Limits;
+    fn limits(&self) -> &XLimits;
 }
 
 /// The x between which a shape lies, at any y of its range: not left of any lower limit, not right of any upper one.
 #[derive(Debug, Clone, Copy)]
-pub struct Limits {
+pub struct XLimits {
     /// Limits from below.
     pub lower: [Side; 2],
     /// Limits from above.

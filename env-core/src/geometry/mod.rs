@@ -10,7 +10,7 @@ mod triangle;
 
 pub use arc::Arc;
 pub use dubins::{DubinsPath, PathError, Segment, Word, boustrophedon_length, shortest};
-pub use footprint::{Footprint, Limits, Side};
+pub use footprint::{Footprint, Side, XLimits};
 pub use frame::Frame;
 pub use pose::Pose;
 pub use sweep::BarSweep;

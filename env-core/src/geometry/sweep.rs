@@ -1,6 +1,6 @@
 //! The ground that the implement passes over while the mower follows an arc.
 
-use super::{Arc, Footprint, Frame, Limits, Point, Side};
+use super::{Arc, Footprint, Frame, Point, Side, XLimits};
 
 /// How far outside the bar a point still counts as mowed, metres.
 ///
@@ -15,7 +15,7 @@ pub struct BarSweep {
     curvature_per_m: f64,
     half_width_m: f64,
     y_range: (f64, f64),
-    limits: Limits,
+    limits: XLimits,
 }
 
 impl BarSweep {
@@ -58,7 +58,7 @@ impl BarSweep {
         let y_range = extent(start.pose.y_m, end.pose.y_m, start.cos, end.cos);
         let (left_m, right_m) = extent(start.pose.x_m, end.pose.x_m, start.sin, end.sin);
         let limits =
-            Limits { lower: [Side::upright(left_m); 2], upper: [Side::upright(right_m); 2] };
+            XLimits { lower: [Side::upright(left_m); 2], upper: [Side::upright(right_m); 2] };
         Self { start, end, curvature_per_m, half_width_m, y_range, limits }
     }
 }
@@ -96,7 +96,7 @@ impl Footprint for BarSweep {
     }
 
     #[inline]
-    fn limits(&self) -> &Limits {
+    fn limits(&self) -> &XLimits {
         &self.limits
     }
 }

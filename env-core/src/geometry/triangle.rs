@@ -1,6 +1,6 @@
 //! The detection triangle.
 
-use super::{Footprint, Frame, Limits, Point, Side};
+use super::{Footprint, Frame, Point, Side, XLimits};
 
 /// How far outside a border a point still counts as inside, metres: it settles ties that rounding would decide.
 const BORDER_M: f64 = 1e-9;
@@ -12,7 +12,7 @@ pub struct Triangle {
     range_m: f64,
     half_width_per_m: f64,
     y_range: (f64, f64),
-    limits: Limits,
+    limits: XLimits,
 }
 
 impl Triangle {
@@ -30,7 +30,7 @@ impl Triangle {
             (sin - m * cos, -cos - m * sin, BORDER_M),
         ];
         // Of three sides at most two face the same way; one that runs along x limits y only, which the range of y does already.
-        let mut limits = Limits {
+        let mut limits = XLimits {
             lower: [Side::upright(f64::NEG_INFINITY); 2],
             upper: [Side::upright(f64::INFINITY); 2],
         };
@@ -63,7 +63,7 @@ impl Footprint for Triangle {
     }
 
     #[inline]
-    fn limits(&self) -> &Limits {
+    fn limits(&self) -> &XLimits {
         &self.limits
     }
 }

@@ -77,7 +77,8 @@ class MowerRoutingEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]])
     ## Reward
 
     `reward.weed` (1) for each weed mowed, minus `reward.path_per_m` (1) for each metre driven.
-    A failure charges the path cost of the rest of the budget, so that quitting never pays.
+    A failure, and standing about until the step limit, charge the path cost of the rest of the budget (of one
+    boustrophedon path where the budget has no end), so that quitting never pays.
     The terms are in `info["reward_terms"]`.
 
     ## Episode End

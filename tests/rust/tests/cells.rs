@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use proptest::prelude::*;
-use swath_core::geometry::{Arc, BarSweep, Footprint, Limits, Point, Pose, Triangle};
+use swath_core::geometry::{Arc, BarSweep, Footprint, Point, Pose, Triangle, XLimits};
 use swath_core::grid::{CellSet, Grid, Reach};
 use swath_tests::cases::cases;
 
@@ -29,7 +29,7 @@ impl Footprint for Shape {
         }
     }
 
-    fn limits(&self) -> &Limits {
+    fn limits(&self) -> &XLimits {
         match self {
             Self::Triangle(triangle) => triangle.limits(),
             Self::Sweep(sweep) => sweep.limits(),

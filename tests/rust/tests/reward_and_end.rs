@@ -262,7 +262,8 @@ fn standing_still_ends_after_four_budgets_of_steps() {
         assert_eq!((step.end, step.distance_m, step.terms.total()), (End::Running, 0.0, 0.0));
     }
     let last = step(&mut env, &[0.5, -1.0]);
-    assert_eq!((last.end, last.terms.total()), (End::Truncated(Outcome::StepLimit), 0.0));
+    // It is charged what driving the budget of one pass would have cost: standing still does not pay.
+    assert_eq!((last.end, last.terms.total()), (End::Truncated(Outcome::StepLimit), -10.0));
     assert_eq!(Outcome::StepLimit.name(), "step_limit");
     assert!(env.summary().path_length_m.abs() < 1e-12);
 }

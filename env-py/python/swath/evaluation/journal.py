@@ -63,6 +63,7 @@ class Journal:
         """Opens the file, without the torn end that an earlier run may have left."""
         self._path.parent.mkdir(parents=True, exist_ok=True)
         self._file = self._path.open("ab")
+        self._lock()
         self._file.truncate(self._whole_bytes)
         if not self._whole_bytes:
             self._write(self._identity)
@@ -74,6 +75,20 @@ class Journal:
         """Closes the file."""
         if self._file is not None:
             self._file.close()
+
+    def _lock(self) -> None:
+        """Keeps other runs out of the folder until the file is closed, where the system can."""
+        assert self._file is not None, "a journal is locked after its opening"
+        try:
+            import fcntl
+        except ImportError:
+            return
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError as error:
+            self._file.close()
+            text = f"`out` must not be in use by another run, got {self._path.parent}"
+            raise ConfigError(text) from error
 
     def write(self, row: Row) -> None:
         """Writes a row."""

@@ -73,7 +73,7 @@ class Results:
         Per cell and ordered pair of agents: the same of the differences on the same instances, in points.
 
         Returns:
-            What `summary.json` holds: nothing in it depends on the machine, the time or the number of threads.
+            What `summary.json` holds: nothing in it depends on the time or the number of threads.
         """
         study = self.study
         return {

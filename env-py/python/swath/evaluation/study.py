@@ -6,7 +6,9 @@ import operator
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from itertools import product
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from swath import _native
@@ -109,6 +111,7 @@ class Study:
         """Returns what tells this study from others, as plain data: the first line of its journal."""
         return {
             "swath": _native.VERSION,
+            "build": _build(),
             "agents": self.labels,
             "instances": self.instances,
             "seed": self.seed,
@@ -116,6 +119,11 @@ class Study:
                 {"scenario": cell.name, "hash": cell.scenario.hash, "values": plain(cell.values)} for cell in self.cells
             ],
         }
+
+
+def _build() -> str:
+    """Returns what tells this build of the compiled module from others of the same version: its results may differ."""
+    return sha256(Path(_native.__file__).read_bytes()).hexdigest()[:16]
 
 
 def whole(field: str, value: object, *, least: int, most: int) -> int:

@@ -43,9 +43,11 @@ def text_of(results: Results) -> str:
 
 def interval(values: Spread, *, sign: str = "") -> str:
     """Returns a mean with half its interval, two digits behind the point."""
+    # A difference that rounds to nothing has no sign.
+    mean = 0.0 if abs(values["mean"]) < 0.005 else values["mean"]
     if values["high"] is None:
-        return f"{values['mean']:{sign}.2f}"
-    return f"{values['mean']:{sign}.2f} ± {values['high'] - values['mean']:.2f}"
+        return f"{mean:{sign}.2f}"
+    return f"{mean:{sign}.2f} ± {values['high'] - values['mean']:.2f}"
 
 
 def print_whole(table: Table) -> str:
