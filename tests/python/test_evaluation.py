@@ -450,3 +450,17 @@ def test_no_path_of_this_machine_is_in_the_results(tmp_path):
     for entry in (tmp_path / "out").iterdir():
         assert os.fspath(tmp_path) not in entry.read_text()
         assert str(Path.home()) not in entry.read_text()
+
+
+def test_a_folder_that_another_run_writes_to_is_refused(tmp_path):
+    fcntl = pytest.importorskip("fcntl")
+    swath.evaluate("bcp", scenario="cowbot-field", instances=2, out=tmp_path)
+    journal = tmp_path / "journal.jsonl"
+    journal.write_bytes(journal.read_bytes().splitlines(keepends=True)[0])
+    with journal.open("ab") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        with pytest.raises(swath.ConfigError, match="`out` must not be in use by another run"):
+            swath.evaluate("bcp", scenario="cowbot-field", instances=2, out=tmp_path)
+    assert len(journal.read_bytes().splitlines()) == 1
+    swath.evaluate("bcp", scenario="cowbot-field", instances=2, out=tmp_path)
+    assert len(journal.read_bytes().splitlines()) == 3
