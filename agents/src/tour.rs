@@ -29,18 +29,23 @@ pub fn tour_length(start: Point, points: &[Point], order: &[usize]) -> f64 {
         .0
 }
 
+/// Up to this many points a table of distances is kept, 32 MB at most; beyond, they are computed when asked for.
+const TABLE_POINTS: usize = 2_000;
+
 /// Distances between all points; the start is the last one.
 struct Distances {
     count: usize,
+    points: Vec<Point>,
     table: Vec<f64>,
 }
 
 impl Distances {
     fn new(start: Point, points: &[Point]) -> Self {
-        let all: Vec<Point> = points.iter().copied().chain([start]).collect();
-        let table =
-            all.iter().flat_map(|from| all.iter().map(move |to| (to - from).norm())).collect();
-        Self { count: points.len(), table }
+        let count = points.len();
+        let points: Vec<Point> = points.iter().copied().chain([start]).collect();
+        let pairs = points.iter().flat_map(|from| points.iter().map(move |to| (to - from).norm()));
+        let table = if count <= TABLE_POINTS { pairs.collect() } else { Vec::new() };
+        Self { count, points, table }
     }
 
     fn start(&self) -> usize {
@@ -48,7 +53,8 @@ impl Distances {
     }
 
     fn between(&self, from: usize, to: usize) -> f64 {
-        self.table[from * (self.count + 1) + to]
+        let kept = self.table.get(from * (self.count + 1) + to);
+        kept.copied().unwrap_or_else(|| (self.points[to] - self.points[from]).norm())
     }
 }
 
