@@ -318,3 +318,12 @@ def test_the_demo_names_the_extra_when_matplotlib_is_absent(call, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert refused(call("demo", "--out", "demo")) == "pictures need matplotlib: pip install 'swath[plot]'"
     assert names() == []
+
+
+def test_the_demo_leaves_the_folders_of_others_alone(call):
+    Path("mine").mkdir()
+    Path("mine/notes.txt").write_text("notes")
+    status, _, err = call("demo", "--out", "mine", "--instances", 1)
+    assert status == 2
+    assert "`out` must be empty or hold an earlier demo, got mine with other files, such as notes.txt" in err
+    assert names("mine") == ["notes.txt"]

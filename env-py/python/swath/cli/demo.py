@@ -12,6 +12,7 @@ from rich.table import Table
 from swath.cli.options import Jobs, Seed
 from swath.cli.stop import Stopped
 from swath.episode import run_episode
+from swath.errors import ConfigError
 from swath.evaluation import Results, evaluate
 from swath.evaluation.statistics import spread
 from swath.evaluation.table import interval, print_whole
@@ -34,6 +35,7 @@ def demo(
     """Let the agents race on the shipped pastures: a table, and a picture of each agent's path on instance 0."""
     check_matplotlib()
     check_folder("out", out)
+    _refuse_others(out)
     try:
         results = evaluate(AGENTS, scenario=PASTURES, instances=instances, seed=seed, jobs=jobs, progress=True)
         typer.echo(table_of(results), nl=False)
@@ -47,6 +49,16 @@ def demo(
         raise Stopped("stopped: the demo starts afresh next time") from None  # noqa: TRY003
     pictures = len(PASTURES) * len(AGENTS)
     typer.echo(f"wrote {out / 'episodes.csv'}, {out / 'summary.json'} and {pictures} pictures beside them")
+
+
+def _refuse_others(out: Path) -> None:
+    """Refuses a folder that holds anything but an earlier demo."""
+    ours = {"episodes.csv", "summary.json", *(f"{pasture}-{agent}.png" for pasture in PASTURES for agent in AGENTS)}
+    ours |= {f"scenario-{number}.toml" for number in range(1, len(PASTURES) + 1)}
+    others = sorted(entry.name for entry in out.iterdir() if entry.name not in ours) if out.exists() else []
+    if others:
+        text = f"`out` must be empty or hold an earlier demo, got {out} with other files, such as {others[0]}"
+        raise ConfigError(text)
 
 
 def table_of(results: Results) -> str:
