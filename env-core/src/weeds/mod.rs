@@ -1,9 +1,11 @@
 //! The weeds of an episode: where they stand, which were detected, which were mowed.
 
+mod index;
 mod placement;
 
 use crate::geometry::{Footprint, Point};
-use crate::grid::{CellSet, Grid, Reach};
+use crate::grid::{CellSet, Grid};
+use index::CellIndex;
 
 pub use placement::draw;
 
@@ -17,10 +19,7 @@ pub struct Weeds {
     positions: Vec<Point>,
     is_detected: Vec<bool>,
     is_mowed: Vec<bool>,
-    /// Weed numbers sorted by row, column and number, and where each row begins.
-    by_cell: Vec<u32>,
-    columns: Vec<u32>,
-    row_start: Vec<u32>,
+    index: CellIndex,
     /// Cells that may hold a weed neither detected nor mowed.
     undetected_cells: CellSet,
     /// Cells that hold a weed not mowed.
@@ -32,17 +31,12 @@ impl Weeds {
     #[must_use]
     pub fn none(grid: Grid) -> Self {
         let cells = CellSet::empty(&grid);
-        let (positions, is_detected, is_mowed, by_cell, columns) =
-            (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let row_start = vec![0; grid.rows() + 1];
         Self {
             grid,
-            positions,
-            is_detected,
-            is_mowed,
-            by_cell,
-            columns,
-            row_start,
+            positions: Vec::new(),
+            is_detected: Vec::new(),
+            is_mowed: Vec::new(),
+            index: CellIndex::none(&grid),
             undetected_cells: cells.clone(),
             unmowed_cells: cells,
         }
@@ -73,91 +67,39 @@ impl Weeds {
         self.index();
     }
 
-    /// Builds the index over cells from positions and flags.
+    /// Builds the index from positions, and the sets of cells from flags.
     fn index(&mut self) {
-        let Self { grid, positions, by_cell, columns, row_start, .. } = self;
-        let cell_of = |weed: u32| grid.cell_of(positions[weed as usize]);
-        by_cell.clear();
-        by_cell.extend(
-            0..u32::try_from(positions.len()).expect("a scenario holds at most ten million weeds"),
-        );
-        by_cell.sort_unstable_by_key(|&weed| {
-            let (column, row) = cell_of(weed);
-            (row, column, weed)
-        });
-        columns.clear();
-        row_start.fill(0);
+        self.index.build(&self.grid, &self.positions);
         self.undetected_cells.clear();
         self.unmowed_cells.clear();
-        for &weed in by_cell.iter() {
-            let (column, row) = cell_of(weed);
-            columns.push(u32::try_from(column).expect("a pasture has at most 64 million columns"));
-            row_start[row + 1] += 1;
-            if !self.is_mowed[weed as usize] {
-                self.unmowed_cells.insert(grid, column, row);
-                if !self.is_detected[weed as usize] {
-                    self.undetected_cells.insert(grid, column, row);
-                }
+        for (weed, &position) in
+            self.positions.iter().enumerate().filter(|&(weed, _)| !self.is_mowed[weed])
+        {
+            let (column, row) = self.grid.cell_of(position);
+            self.unmowed_cells.insert(&self.grid, column, row);
+            if !self.is_detected[weed] {
+                self.undetected_cells.insert(&self.grid, column, row);
             }
-        }
-        for row in 0..grid.rows() {
-            row_start[row + 1] += row_start[row];
         }
     }
 
     /// Mows every standing weed in `footprint`; writes their numbers to `mowed`, ascending.
     pub fn mow(&mut self, footprint: &impl Footprint, mowed: &mut Vec<u32>) {
-        mowed.clear();
-        let Self { grid, positions, is_mowed, by_cell, columns, row_start, unmowed_cells, .. } =
-            self;
-        unmowed_cells.remove_where(grid, footprint, Reach::Touch, |column, row| {
-            let mut is_cleared = true;
-            for &weed in in_cell(by_cell, columns, row_start, column, row) {
-                if is_mowed[weed as usize] {
-                    continue;
-                }
-                if footprint.contains(positions[weed as usize]) {
-                    is_mowed[weed as usize] = true;
-                    mowed.push(weed);
-                } else {
-                    is_cleared = false;
-                }
-            }
-            is_cleared
-        });
-        mowed.sort_unstable();
+        let Self { grid, positions, is_mowed, index, unmowed_cells, .. } = self;
+        index.take(grid, unmowed_cells, footprint, positions, |weed| !is_mowed[weed], mowed);
+        for &weed in mowed.iter() {
+            is_mowed[weed as usize] = true;
+        }
     }
 
     /// Detects every standing weed in `footprint` that was not known; writes their numbers to `detected`, ascending.
     pub fn detect(&mut self, footprint: &impl Footprint, detected: &mut Vec<u32>) {
-        detected.clear();
-        let Self {
-            grid,
-            positions,
-            is_mowed,
-            is_detected,
-            by_cell,
-            columns,
-            row_start,
-            undetected_cells,
-            ..
-        } = self;
-        undetected_cells.remove_where(grid, footprint, Reach::Touch, |column, row| {
-            let mut is_cleared = true;
-            for &weed in in_cell(by_cell, columns, row_start, column, row) {
-                if is_mowed[weed as usize] || is_detected[weed as usize] {
-                    continue;
-                }
-                if footprint.contains(positions[weed as usize]) {
-                    is_detected[weed as usize] = true;
-                    detected.push(weed);
-                } else {
-                    is_cleared = false;
-                }
-            }
-            is_cleared
-        });
-        detected.sort_unstable();
+        let Self { grid, positions, is_mowed, is_detected, index, undetected_cells, .. } = self;
+        let is_sought = |weed: usize| !is_mowed[weed] && !is_detected[weed];
+        index.take(grid, undetected_cells, footprint, positions, is_sought, detected);
+        for &weed in detected.iter() {
+            is_detected[weed as usize] = true;
+        }
     }
 
     /// Where the weeds stand, in the order in which they were drawn or given; world frame, metres.
@@ -177,18 +119,4 @@ impl Weeds {
     pub fn is_mowed(&self) -> &[bool] {
         &self.is_mowed
     }
-}
-
-/// The weeds of one cell, ascending.
-fn in_cell<'a>(
-    by_cell: &'a [u32],
-    columns: &[u32],
-    row_start: &[u32],
-    column: usize,
-    row: usize,
-) -> &'a [u32] {
-    let (from, to) = (row_start[row] as usize, row_start[row + 1] as usize);
-    let first = from + columns[from..to].partition_point(|&c| (c as usize) < column);
-    let last = from + columns[from..to].partition_point(|&c| (c as usize) <= column);
-    &by_cell[first..last]
 }
