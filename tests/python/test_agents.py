@@ -68,8 +68,6 @@ def test_steer_mows_all_that_drive_mows(name, seed):
     assert mowed == native.weeds_mowed == 14
 
 
-# `react` is left out: its random points go on from episode to episode.
-@pytest.mark.parametrize("name", ["bcp", "bcp-tsp", "jump", "snake", "r-snake"])
 def test_an_agent_starts_afresh_with_every_episode(name):
     native = swath.run_episode(name, scenario="cowbot-field", seed=4)
     env, agent = made_for(native, "drive"), swath.make_agent(name)

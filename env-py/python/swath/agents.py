@@ -45,8 +45,8 @@ class Agent:
         restored snapshot or another environment.
 
         With the action kind `drive` it drives its path exactly, up to the rounding to float32. With `steer` it follows
-        its path, and plans with a deck that is narrower by 0.1 m on either side, so that straying from the path costs
-        no weeds.
+        its path, and plans with a deck that is narrower by 0.1 m on either side (`bcp`: no narrower), so that straying
+        from the path costs no weeds.
 
         Args:
             env: A swath environment, wrapped or not.
