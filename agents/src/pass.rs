@@ -67,6 +67,12 @@ impl Heading {
         Pose::new(self.along(along_m, site), y_m, self.rad())
     }
 
+    /// The shortest way to the beginning of a pass at height `y_m`.
+    #[must_use]
+    pub fn way_to_pass(self, y_m: f64, view: &View) -> Route {
+        Route::shortest_to(self.pose(0.0, y_m, view.site), view)
+    }
+
     /// The way to the beginning of the first pass, at height `y_m`; `None` if the mower stands there already, or so near that
     /// [`Heading::hold`] will do: the shortest path a hair to the side is a loop.
     #[must_use]
@@ -74,7 +80,7 @@ impl Heading {
         let first = self.pose(0.0, y_m, view.site);
         let is_there = view.pose.distance_to(&first) < AT_START_M
             && wrap_to_pi(view.pose.heading_rad - first.heading_rad).abs() < AT_START_RAD;
-        (!is_there).then(|| Route::shortest_to(first, view))
+        (!is_there).then(|| self.way_to_pass(y_m, view))
     }
 
     /// Drives straight on at height `y_m` for `distance_m`.

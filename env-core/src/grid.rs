@@ -205,6 +205,15 @@ impl CellSet {
         self.words[row * grid.words_per_row + column / WORD] >> (column % WORD) & 1 == 1
     }
 
+    /// The word that holds a cell, and how many cells of the set come before it in that word.
+    #[inline]
+    #[must_use]
+    pub fn rank_in_word(&self, grid: &Grid, column: usize, row: usize) -> (usize, usize) {
+        let word = row * grid.words_per_row + column / WORD;
+        let before = self.words[word] & !(u64::MAX << (column % WORD));
+        (word, before.count_ones() as usize)
+    }
+
     /// Puts a cell in.
     pub fn insert(&mut self, grid: &Grid, column: usize, row: usize) {
         let word = &mut self.words[row * grid.words_per_row + column / WORD];

@@ -59,13 +59,6 @@ impl Bcp {
     fn pass_y(&self, site: &Site) -> f64 {
         (self.pass as f64 + 0.5) * self.spacing_m(site)
     }
-
-    fn to_pass(&self, view: &View) -> Route {
-        Route::shortest_to(
-            Heading::of_pass(self.pass).pose(0.0, self.pass_y(view.site), view.site),
-            view,
-        )
-    }
 }
 
 impl Agent for Bcp {
@@ -94,7 +87,7 @@ impl Agent for Bcp {
             if self.pass == passes(view.site.width_m, self.spacing_m(view.site)) {
                 return Decision::Done;
             }
-            self.turn = Some(self.to_pass(view));
+            self.turn = Some(Heading::of_pass(self.pass).way_to_pass(self.pass_y(view.site), view));
         }
     }
 }

@@ -40,10 +40,6 @@ impl Jump {
         Heading::of_pass(self.pass)
     }
 
-    fn to_pass(&self, view: &View) -> Route {
-        Route::shortest_to(self.heading().pose(0.0, self.pass_y_m, view.site), view)
-    }
-
     /// The jump that has to start now, if there is one.
     fn jump(&self, view: &View) -> Option<Route> {
         let (heading, site) = (self.heading(), view.site);
@@ -141,7 +137,7 @@ impl Agent for Jump {
                 }
                 self.pass_y_m = self.next_pass_y(view);
                 self.pass += 1;
-                self.detour = Some(self.to_pass(view));
+                self.detour = Some(self.heading().way_to_pass(self.pass_y_m, view));
             }
         }
     }

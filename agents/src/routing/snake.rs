@@ -60,10 +60,6 @@ impl Snake {
         Heading::of_pass(self.pass)
     }
 
-    fn to_pass(&self, view: &View) -> Route {
-        Route::shortest_to(self.heading().pose(0.0, self.pass_y_m, view.site), view)
-    }
-
     /// The word to the next weed along the pass, if one can be reached.
     fn next_word(&self, view: &View) -> Option<Route> {
         let (heading, site) = (self.heading(), view.site);
@@ -114,7 +110,7 @@ impl Snake {
         self.pass_y_m =
             (self.pass_y_m + step_m).min(view.site.width_m - 0.5 * view.site.deck_width_m);
         self.pass += 1;
-        self.word = Some(self.to_pass(view));
+        self.word = Some(self.heading().way_to_pass(self.pass_y_m, view));
         self.fruitless < FRUITLESS_PASSES
     }
 }

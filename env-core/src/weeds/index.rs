@@ -3,42 +3,52 @@
 use crate::geometry::{Footprint, Point};
 use crate::grid::{CellSet, Grid, Reach};
 
-/// Which weeds stand in which cell.
+/// Which weeds stand in which cell, found without a search.
 #[derive(Debug, Clone)]
 pub(super) struct CellIndex {
-    /// Weed numbers sorted by row, column and number; the column of each, and where each row begins.
-    by_cell: Vec<u32>,
-    columns: Vec<u32>,
-    row_start: Vec<u32>,
+    /// Weed numbers sorted by row, column and number, and where each stands.
+    by_cell: Vec<(u32, Point)>,
+    /// Cells with a weed; for each of them, in order, its first place in `by_cell`, and behind the last one the end.
+    occupied: CellSet,
+    cell_first: Vec<u32>,
+    /// For each word of `occupied` how many cells come before it.
+    word_first: Vec<u32>,
 }
 
 impl CellIndex {
     /// No weed.
     pub(super) fn none(grid: &Grid) -> Self {
-        Self { by_cell: Vec::new(), columns: Vec::new(), row_start: vec![0; grid.rows() + 1] }
+        let occupied = CellSet::empty(grid);
+        let word_first = vec![0; occupied.words().len()];
+        Self { by_cell: Vec::new(), occupied, cell_first: vec![0], word_first }
     }
 
     /// Sorts weeds anew.
     pub(super) fn build(&mut self, grid: &Grid, positions: &[Point]) {
-        let Self { by_cell, columns, row_start } = self;
-        let cell_of = |weed: u32| grid.cell_of(positions[weed as usize]);
-        let count =
-            u32::try_from(positions.len()).expect("a scenario holds at most ten million weeds");
+        let Self { by_cell, occupied, cell_first, word_first } = self;
+        let count = |length: usize| {
+            u32::try_from(length).expect("a scenario holds at most ten million weeds")
+        };
         by_cell.clear();
-        by_cell.extend(0..count);
-        by_cell.sort_unstable_by_key(|&weed| {
-            let (column, row) = cell_of(weed);
+        by_cell.extend((0..count(positions.len())).zip(positions.iter().copied()));
+        by_cell.sort_unstable_by_key(|&(weed, position)| {
+            let (column, row) = grid.cell_of(position);
             (row, column, weed)
         });
-        columns.clear();
-        row_start.fill(0);
-        for &weed in by_cell.iter() {
-            let (column, row) = cell_of(weed);
-            columns.push(u32::try_from(column).expect("a pasture has at most 64 million columns"));
-            row_start[row + 1] += 1;
+        occupied.clear();
+        cell_first.clear();
+        for (place, &(_, position)) in by_cell.iter().enumerate() {
+            let (column, row) = grid.cell_of(position);
+            if !occupied.contains(grid, column, row) {
+                occupied.insert(grid, column, row);
+                cell_first.push(count(place));
+            }
         }
-        for row in 0..grid.rows() {
-            row_start[row + 1] += row_start[row];
+        cell_first.push(count(by_cell.len()));
+        let mut cells = 0;
+        for (first, word) in word_first.iter_mut().zip(occupied.words()) {
+            *first = cells;
+            cells += word.count_ones();
         }
     }
 
@@ -49,16 +59,17 @@ impl CellIndex {
         grid: &Grid,
         cells: &mut CellSet,
         footprint: &impl Footprint,
-        positions: &[Point],
         is_sought: impl Fn(usize) -> bool,
         found: &mut Vec<u32>,
     ) {
         found.clear();
         cells.remove_where(grid, footprint, Reach::Touch, |column, row| {
             let mut is_cleared = true;
-            for &weed in self.in_cell(column, row).iter().filter(|&&weed| is_sought(weed as usize))
-            {
-                if footprint.contains(positions[weed as usize]) {
+            for &(weed, position) in self.in_cell(grid, column, row) {
+                if !is_sought(weed as usize) {
+                    continue;
+                }
+                if footprint.contains(position) {
                     found.push(weed);
                 } else {
                     is_cleared = false;
@@ -69,12 +80,11 @@ impl CellIndex {
         found.sort_unstable();
     }
 
-    /// The weeds of one cell, ascending.
-    fn in_cell(&self, column: usize, row: usize) -> &[u32] {
-        let (from, to) = (self.row_start[row] as usize, self.row_start[row + 1] as usize);
-        let columns = &self.columns[from..to];
-        let first = from + columns.partition_point(|&c| (c as usize) < column);
-        let last = from + columns.partition_point(|&c| (c as usize) <= column);
-        &self.by_cell[first..last]
+    /// The weeds of one cell that has some, ascending.
+    #[inline]
+    fn in_cell(&self, grid: &Grid, column: usize, row: usize) -> &[(u32, Point)] {
+        let (word, rank) = self.occupied.rank_in_word(grid, column, row);
+        let cell = self.word_first[word] as usize + rank;
+        &self.by_cell[self.cell_first[cell] as usize..self.cell_first[cell + 1] as usize]
     }
 }

@@ -85,8 +85,8 @@ impl Weeds {
 
     /// Mows every standing weed in `footprint`; writes their numbers to `mowed`, ascending.
     pub fn mow(&mut self, footprint: &impl Footprint, mowed: &mut Vec<u32>) {
-        let Self { grid, positions, is_mowed, index, unmowed_cells, .. } = self;
-        index.take(grid, unmowed_cells, footprint, positions, |weed| !is_mowed[weed], mowed);
+        let Self { grid, is_mowed, index, unmowed_cells, .. } = self;
+        index.take(grid, unmowed_cells, footprint, |weed| !is_mowed[weed], mowed);
         for &weed in mowed.iter() {
             is_mowed[weed as usize] = true;
         }
@@ -94,9 +94,9 @@ impl Weeds {
 
     /// Detects every standing weed in `footprint` that was not known; writes their numbers to `detected`, ascending.
     pub fn detect(&mut self, footprint: &impl Footprint, detected: &mut Vec<u32>) {
-        let Self { grid, positions, is_mowed, is_detected, index, undetected_cells, .. } = self;
+        let Self { grid, is_mowed, is_detected, index, undetected_cells, .. } = self;
         let is_sought = |weed: usize| !is_mowed[weed] && !is_detected[weed];
-        index.take(grid, undetected_cells, footprint, positions, is_sought, detected);
+        index.take(grid, undetected_cells, footprint, is_sought, detected);
         for &weed in detected.iter() {
             is_detected[weed as usize] = true;
         }
