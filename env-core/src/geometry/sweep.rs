@@ -14,6 +14,8 @@ pub struct BarSweep {
     end: Frame,
     curvature_per_m: f64,
     half_width_m: f64,
+    /// Whether the bar reaches beyond its turning centre, where it sweeps backwards.
+    sweeps_backwards: bool,
     y_range: (f64, f64),
     limits: XLimits,
 }
@@ -55,11 +57,12 @@ impl BarSweep {
             let high_m = (at_start + start_half_m).max(at_end + end_half_m);
             (low_m - bulge_m, high_m + bulge_m)
         };
+        let sweeps_backwards = k * (half_width_m + BORDER_M) >= 1.0;
         let y_range = extent(start.pose.y_m, end.pose.y_m, start.cos, end.cos);
         let (left_m, right_m) = extent(start.pose.x_m, end.pose.x_m, start.sin, end.sin);
         let limits =
             XLimits { lower: [Side::upright(left_m); 2], upper: [Side::upright(right_m); 2] };
-        Self { start, end, curvature_per_m, half_width_m, y_range, limits }
+        Self { start, end, curvature_per_m, half_width_m, sweeps_backwards, y_range, limits }
     }
 }
 
@@ -72,10 +75,13 @@ impl Footprint for BarSweep {
     #[inline]
     fn contains(&self, point: Point) -> bool {
         let (ahead, left) = self.start.offsets_to(point);
+        // Most points fail one of these two, before the root is taken.
+        if ahead < -BORDER_M && !self.sweeps_backwards {
+            return false;
+        }
         let (past_end, _) = self.end.offsets_to(point);
         let is_between = ahead >= -BORDER_M && past_end <= BORDER_M;
-        let is_opposite = ahead <= BORDER_M && past_end >= -BORDER_M;
-        // Most points fail here, before the root is taken.
+        let is_opposite = self.sweeps_backwards && ahead <= BORDER_M && past_end >= -BORDER_M;
         if !is_between && !is_opposite {
             return false;
         }
