@@ -2,13 +2,15 @@
 //! size of the pasture.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
+use swath_core::action::Action;
 use swath_core::config::Document;
 use swath_core::env::Env;
+use swath_core::observation::Observation;
 
 /// Steps on a circle after which there is nothing new to see.
 const LAP: usize = 60;
 
-fn env(weeds: u32, length_m: u32, width_m: u32) -> (Env, Vec<f32>) {
+fn env(weeds: u32, length_m: u32, width_m: u32) -> (Env, Observation) {
     let mut document = Document::empty("benchmark");
     let text = format!(
         "weeds.count = {weeds}\npasture.length_m = {length_m}\npasture.width_m = {width_m}\n\
@@ -17,7 +19,7 @@ fn env(weeds: u32, length_m: u32, width_m: u32) -> (Env, Vec<f32>) {
     document.overlay(text.parse().expect("this is TOML"));
     let mut env = Env::new(&document.scenario().expect("the scenario is valid"));
     env.reset(7);
-    let observation = vec![0.0; env.observation_spec().len()];
+    let observation = env.observation_spec().rows(1);
     (env, observation)
 }
 
@@ -29,11 +31,14 @@ fn known_ground(criterion: &mut Criterion) {
     {
         let (mut env, mut observation) = env(weeds, length_m, width_m);
         for _ in 0..LAP {
-            env.step(&[1.0], &mut observation).expect("the episode runs");
+            env.step(Action::Continuous(&[1.0]), observation.as_mut()).expect("the episode runs");
         }
         let label = BenchmarkId::from_parameter(format!("{weeds} weeds, {length_m} x {width_m} m"));
         group.bench_function(label, |bencher| {
-            bencher.iter(|| env.step(&[1.0], &mut observation).expect("the episode runs"));
+            bencher.iter(|| {
+                env.step(Action::Continuous(&[1.0]), observation.as_mut())
+                    .expect("the episode runs")
+            });
         });
     }
     group.finish();

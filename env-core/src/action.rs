@@ -11,6 +11,24 @@ pub struct Command {
     pub distance_m: f64,
 }
 
+/// What an agent sends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Action<'a> {
+    /// Numbers in [-1, 1], for the kinds `steer` and `drive`.
+    Continuous(&'a [f32]),
+    /// The number of a choice, for the other kinds.
+    Discrete(i64),
+}
+
+/// What an agent may send.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum ActionSpec {
+    /// Name, lowest and highest value of every number.
+    Continuous(&'static [(&'static str, f32, f32)]),
+    /// Number of choices.
+    Discrete(usize),
+}
+
 /// An action that cannot be carried out; the state is as it was.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum ActionError {
@@ -30,6 +48,20 @@ pub enum ActionError {
         /// What it was.
         value: f64,
     },
+    /// Numbers where a choice is wanted, or the other way round.
+    #[error("`action` must be {expected}")]
+    Kind {
+        /// What the action kind has.
+        expected: &'static str,
+    },
+    /// A choice that there is not.
+    #[error("`action` must be from 0 to {}, got {got}", .choices - 1)]
+    Choice {
+        /// How many there are.
+        choices: usize,
+        /// Which one was named.
+        got: i64,
+    },
     /// A command that the mower cannot drive.
     #[error("`{field}` must be {expected}, got {value}")]
     Command {
@@ -47,6 +79,9 @@ pub enum ActionError {
     #[error("`reset` must come before the next step: the episode has ended")]
     EpisodeOver,
 }
+
+/// The choices of the kind `discrete`, from sharp right to sharp left, as shares of the largest curvature.
+const CURVATURES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 
 /// Longest way of one command, metres.
 const MAX_DISTANCE_M: f64 = 1e6;
@@ -70,70 +105,84 @@ impl ActionDecoder {
         }
     }
 
-    /// Name, lowest and highest value of every number of an action.
+    /// What an agent may send.
     #[must_use]
-    pub fn spec(&self) -> &'static [(&'static str, f32, f32)] {
+    pub fn spec(&self) -> ActionSpec {
         match self.kind {
-            ActionKind::Steer => &[("curvature", -1.0, 1.0)],
-            ActionKind::Drive => &[("curvature", -1.0, 1.0), ("distance", -1.0, 1.0)],
+            ActionKind::Steer => ActionSpec::Continuous(&[("curvature", -1.0, 1.0)]),
+            ActionKind::Drive => {
+                ActionSpec::Continuous(&[("curvature", -1.0, 1.0), ("distance", -1.0, 1.0)])
+            }
+            ActionKind::Discrete => ActionSpec::Discrete(CURVATURES.len()),
         }
-    }
-
-    /// How many numbers an action has, each in [-1, 1].
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.spec().len()
-    }
-
-    /// Whether an action has no numbers; it always has some.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 
     /// The command that `action` stands for, and whether it had to be clipped into [-1, 1].
     ///
     /// # Errors
     ///
-    /// [`ActionError::Shape`] or [`ActionError::NotFinite`].
-    pub fn decode(&self, action: &[f32]) -> Result<(Command, bool), ActionError> {
-        if action.len() != self.len() {
-            return Err(ActionError::Shape { expected: self.len(), got: action.len() });
+    /// [`ActionError::Kind`], [`ActionError::Shape`], [`ActionError::NotFinite`] or [`ActionError::Choice`].
+    pub fn decode(&self, action: Action) -> Result<(Command, bool), ActionError> {
+        match (self.spec(), action) {
+            (ActionSpec::Continuous(bounds), Action::Continuous(values)) => {
+                self.decode_continuous(values, bounds.len())
+            }
+            (ActionSpec::Discrete(choices), Action::Discrete(choice)) => {
+                let wrong = ActionError::Choice { choices, got: choice };
+                let index = usize::try_from(choice).map_err(|_| wrong)?;
+                let curvature = CURVATURES.get(index).ok_or(wrong)?;
+                Ok((self.command(*curvature, 1.0), false))
+            }
+            (ActionSpec::Continuous(_), _) => Err(ActionError::Kind { expected: "numbers" }),
+            (ActionSpec::Discrete(_), _) => Err(ActionError::Kind { expected: "one whole number" }),
+        }
+    }
+
+    fn decode_continuous(
+        &self,
+        action: &[f32],
+        expected: usize,
+    ) -> Result<(Command, bool), ActionError> {
+        if action.len() != expected {
+            return Err(ActionError::Shape { expected, got: action.len() });
         }
         if let Some(index) = action.iter().position(|value| !value.is_finite()) {
             return Err(ActionError::NotFinite { index, value: f64::from(action[index]) });
         }
         let is_clipped = action.iter().any(|value| value.abs() > 1.0);
         let value = |index: usize| f64::from(action[index].clamp(-1.0, 1.0));
-        let share = match self.kind {
-            ActionKind::Steer => 1.0,
-            ActionKind::Drive => 0.5 * (value(1) + 1.0),
-        };
-        let command = Command {
-            curvature_per_m: value(0) * self.max_curvature_per_m,
-            distance_m: share * self.control_distance_m,
-        };
-        Ok((command, is_clipped))
+        let share = if expected == 1 { 1.0 } else { 0.5 * (value(1) + 1.0) };
+        Ok((self.command(value(0), share), is_clipped))
     }
 
-    /// The action that stands for `command`, cut to one control period; the counterpart of [`ActionDecoder::decode`].
+    /// The command with these shares of the largest curvature and of the control period's distance.
+    fn command(&self, curvature: f64, distance: f64) -> Command {
+        Command {
+            curvature_per_m: curvature * self.max_curvature_per_m,
+            distance_m: distance * self.control_distance_m,
+        }
+    }
+
+    /// The numbers that stand for `command`, cut to one control period; the counterpart of [`ActionDecoder::decode`].
+    /// `None` where the action kind has no numbers.
     ///
     /// The distance is rounded up to float32: a planner ends its commands where the sensor looks, and a step that ended a
     /// hair before would leave it without the look.
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "actions are float32 by contract")]
-    pub fn encode(&self, command: Command) -> Vec<f32> {
+    pub fn encode(&self, command: Command) -> Option<Vec<f32>> {
         let curvature =
             (command.curvature_per_m / self.max_curvature_per_m).clamp(-1.0, 1.0) as f32;
         match self.kind {
-            ActionKind::Steer => vec![curvature],
+            ActionKind::Discrete => None,
+            ActionKind::Steer => Some(vec![curvature]),
             ActionKind::Drive => {
                 let share =
                     2.0 * (command.distance_m / self.control_distance_m).clamp(0.0, 1.0) - 1.0;
                 let nearest = share as f32;
                 let rounded_up =
                     if f64::from(nearest) < share { nearest.next_up() } else { nearest };
-                vec![curvature, rounded_up]
+                Some(vec![curvature, rounded_up])
             }
         }
     }

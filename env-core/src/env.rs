@@ -9,7 +9,7 @@ mod summary;
 pub use snapshot::SnapshotError;
 pub use summary::Summary;
 
-use crate::action::{ActionDecoder, ActionError, Command};
+use crate::action::{Action, ActionDecoder, ActionError, Command};
 use crate::belief::Belief;
 use crate::config::{NamedStart, Start, ValidScenario};
 use crate::deck::Deck;
@@ -17,7 +17,7 @@ use crate::episode::{End, Episode, Limits};
 use crate::geometry::{Point, Pose};
 use crate::grid::Grid;
 use crate::mower::Mower;
-use crate::observation::{Feature, FeatureEncoder};
+use crate::observation::{Encoder, ObservationMut, ObservationSpec};
 use crate::reward::{RewardTerms, Tally};
 use crate::rng::{self, Stream};
 use crate::sensor::Sensor;
@@ -33,7 +33,7 @@ pub struct Env {
     site: Site,
     decoder: ActionDecoder,
     limits: Limits,
-    encoder: FeatureEncoder,
+    encoder: Encoder,
     seed: u64,
     episodes: u64,
     weeds: Weeds,
@@ -83,7 +83,7 @@ impl Env {
             site,
             decoder: ActionDecoder::new(scenario),
             limits,
-            encoder: FeatureEncoder::new(scenario, limits.budget_m()),
+            encoder: Encoder::new(scenario, limits.budget_m()),
             seed: 0,
             episodes: 0,
             weeds: Weeds::none(grid),
@@ -163,9 +163,13 @@ impl Env {
     ///
     /// # Panics
     ///
-    /// If `observation` does not have as many places as [`Env::observation_spec`]; nothing has moved then.
-    pub fn step(&mut self, action: &[f32], observation: &mut [f32]) -> Result<Step, ActionError> {
-        self.encoder.check(observation);
+    /// If `observation` is not one row of [`Env::observation_spec`]; nothing has moved then.
+    pub fn step(
+        &mut self,
+        action: Action,
+        observation: ObservationMut,
+    ) -> Result<Step, ActionError> {
+        observation.check(self.encoder.spec().sizes());
         let (command, is_clipped) = self.decoder.decode(action)?; // action
         let step = self.drive(command)?;
         self.observe(observation); // observation
@@ -207,8 +211,8 @@ impl Env {
     ///
     /// # Panics
     ///
-    /// If `observation` does not have as many places as [`Env::observation_spec`].
-    pub fn observe(&mut self, observation: &mut [f32]) {
+    /// If `observation` is not one row of [`Env::observation_spec`].
+    pub fn observe(&mut self, observation: ObservationMut) {
         let view = View::new(&self.site, &self.mower, &self.belief);
         self.encoder.encode(&view, observation);
     }
@@ -237,9 +241,9 @@ impl Env {
         &self.decoder
     }
 
-    /// Name and bounds of every number of an observation.
+    /// The parts of an observation.
     #[must_use]
-    pub fn observation_spec(&self) -> Vec<Feature> {
+    pub fn observation_spec(&self) -> &ObservationSpec {
         self.encoder.spec()
     }
 

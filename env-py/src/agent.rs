@@ -130,7 +130,7 @@ impl Agent {
     fn build(&self, kind: ActionKind) -> Box<dyn Planner> {
         match kind {
             ActionKind::Drive => self.spec.build(self.seed),
-            ActionKind::Steer => self.spec.build_tracked(self.seed),
+            ActionKind::Steer | ActionKind::Discrete => self.spec.build_tracked(self.seed),
         }
     }
 }
@@ -139,7 +139,7 @@ impl Present {
     fn act(&mut self, env: &Env) -> Option<Vec<f32>> {
         let planner = self.planner.get_mut().expect("the mutex is never locked");
         match planner.act(&env.core.view()) {
-            Decision::Drive(command) => return Some(env.core.decoder().encode(command)),
+            Decision::Drive(command) => return env.core.decoder().encode(command),
             Decision::Done => self.stop = Some(Outcome::Done),
             Decision::Capped => self.stop = Some(Outcome::Capped),
         }

@@ -5,23 +5,25 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, get_array_module};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use swath_core::action::{Action, ActionSpec};
 use swath_core::env::{self, Beginning};
 use swath_core::episode::End;
 use swath_core::geometry::Point;
+use swath_core::observation::Observation;
 use swath_core::reward::RewardTerms;
 
 use crate::errors::{Error, shape_text, type_text};
 use crate::scenario::Scenario;
 use crate::seed::Seed;
+use crate::spec::{self, ActionForm, PartTuple};
 use crate::summary::write_summary;
 use crate::weeds::points_from;
 
 /// Number of the next episode of this process: an agent tells by it whether it has seen the episode before.
 static NEXT_EPISODE: AtomicU64 = AtomicU64::new(1);
 
-type Observation<'py> = Bound<'py, PyArray1<f32>>;
-type Reset<'py> = (Observation<'py>, Bound<'py, PyDict>);
-type Step<'py> = (Observation<'py>, f64, bool, bool, Bound<'py, PyDict>);
+type Reset<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
+type Step<'py> = (Bound<'py, PyAny>, f64, bool, bool, Bound<'py, PyDict>);
 
 /// One pasture with one mower.
 #[pyclass(module = "swath._native")]
@@ -30,7 +32,7 @@ pub(crate) struct Env {
     pub(crate) episode: u64,
     scenario: Py<Scenario>,
     action: Vec<f32>,
-    observation: Vec<f32>,
+    observation: Observation,
 }
 
 #[pymethods]
@@ -38,7 +40,7 @@ impl Env {
     #[new]
     fn new(scenario: Bound<Scenario>) -> Self {
         let core = env::Env::new(&scenario.get().scenario);
-        let observation = vec![0.0; core.observation_spec().len()];
+        let observation = core.observation_spec().rows(1);
         Self { core, episode: 0, scenario: scenario.unbind(), action: Vec::new(), observation }
     }
 
@@ -48,17 +50,16 @@ impl Env {
         self.scenario.clone_ref(py)
     }
 
-    /// Name, lowest and highest value of every number of an observation.
+    /// The parts of an observation.
     #[getter]
-    fn observation_spec(&self) -> Vec<(String, f32, f32)> {
-        let spec = self.core.observation_spec();
-        spec.into_iter().map(|feature| (feature.name, feature.low, feature.high)).collect()
+    fn observation_spec(&self) -> Vec<PartTuple> {
+        spec::parts(self.core.observation_spec())
     }
 
-    /// Name, lowest and highest value of every number of an action.
+    /// Name, lowest and highest value of every number of an action, or the number of choices.
     #[getter]
-    fn action_spec(&self) -> Vec<(&'static str, f32, f32)> {
-        self.core.decoder().spec().to_vec()
+    fn action_spec(&self) -> ActionForm {
+        spec::action(self.core.decoder().spec())
     }
 
     /// Whether an episode has begun.
@@ -100,8 +101,8 @@ impl Env {
         py: Python<'py>,
         action: &Bound<'py, PyAny>,
     ) -> Result<Step<'py>, Error> {
-        read_action(action, self.core.decoder().len(), &mut self.action)?;
-        let step = self.core.step(&self.action, &mut self.observation)?;
+        let action = read_action(action, self.core.decoder().spec(), &mut self.action)?;
+        let step = self.core.step(action, self.observation.as_mut())?;
         let info = info(py, &step.terms, step.is_clipped)?;
         let (terminated, truncated) = match step.end {
             End::Running => (false, false),
@@ -111,7 +112,7 @@ impl Env {
         if let End::Terminated(outcome) | End::Truncated(outcome) = step.end {
             write_summary(&info, &self.core.summary(), outcome)?;
         }
-        let observation = PyArray1::from_slice(py, &self.observation);
+        let observation = self.observation(py)?;
         Ok((observation, step.terms.total(), terminated, truncated, info))
     }
 
@@ -145,11 +146,15 @@ impl Env {
         weeds.map(|weeds| points_from(weeds, self.core.site())).transpose()
     }
 
+    /// The present observation as fresh arrays.
+    fn observation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        spec::observation(py, self.core.observation_spec(), &self.observation)
+    }
+
     fn begun<'py>(&mut self, py: Python<'py>) -> Result<Reset<'py>, Error> {
         self.episode = NEXT_EPISODE.fetch_add(1, Ordering::Relaxed);
-        self.core.observe(&mut self.observation);
-        let observation = PyArray1::from_slice(py, &self.observation);
-        Ok((observation, info(py, &RewardTerms::default(), false)?))
+        self.core.observe(self.observation.as_mut());
+        Ok((self.observation(py)?, info(py, &RewardTerms::default(), false)?))
     }
 }
 
@@ -169,9 +174,33 @@ fn info<'py>(
     Ok(info)
 }
 
+/// Reads an action.
+fn read_action<'a>(
+    action: &Bound<PyAny>,
+    spec: ActionSpec,
+    numbers: &'a mut Vec<f32>,
+) -> Result<Action<'a>, Error> {
+    match spec {
+        ActionSpec::Continuous(bounds) => {
+            read_numbers(action, bounds.len(), numbers)?;
+            Ok(Action::Continuous(numbers))
+        }
+        ActionSpec::Discrete(choices) => {
+            let choice = action.extract().map_err(|_| {
+                let got = type_text(action);
+                Error::ActionForm(format!(
+                    "`action` must be a whole number from 0 to {}, got {got}",
+                    choices - 1
+                ))
+            })?;
+            Ok(Action::Discrete(choice))
+        }
+    }
+}
+
 /// Writes an action to `numbers`: a float32 array, or anything that `numpy` turns into numbers.
 #[expect(clippy::cast_possible_truncation, reason = "actions are float32 by contract")]
-fn read_action(action: &Bound<PyAny>, size: usize, numbers: &mut Vec<f32>) -> Result<(), Error> {
+fn read_numbers(action: &Bound<PyAny>, size: usize, numbers: &mut Vec<f32>) -> Result<(), Error> {
     numbers.clear();
     if action.is_none() {
         let text = "`action` must be numbers, got None, which an agent returns when it has stopped";

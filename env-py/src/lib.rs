@@ -7,6 +7,7 @@
 //! |---|---|
 //! | `errors` | one tree of errors, with the text of the Rust errors |
 //! | `table`, `seed`, `weeds`, `summary` | conversions between Python and the core |
+//! | `spec` | what observations and actions look like |
 //! | `source`, `scenario` | what a caller names as a scenario, and the checked scenario |
 //! | `env` | one environment |
 //! | `agent` | agents that act in it |
@@ -19,6 +20,7 @@ mod seed;
 mod weeds;
 mod summary;
 mod source;
+mod spec;
 mod scenario;
 mod env;
 mod agent;

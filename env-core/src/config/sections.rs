@@ -330,12 +330,14 @@ pub enum ActionKind {
     Steer,
     /// Two numbers: curvature as a fraction of 1/R, and how much of the control period's distance to drive.
     Drive,
+    /// A choice of five curvatures, from sharp right to sharp left, for one control period.
+    Discrete,
 }
 
 /// How an agent's numbers become a drive command.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ActionConfig {
-    /// The kind: `steer` (default) or `drive`.
+    /// The kind: `steer` (default), `drive` or `discrete`.
     pub kind: ActionKind,
 }

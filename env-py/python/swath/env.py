@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from swath import _native
 from swath.errors import ConfigError
-from swath.spaces import box
+from swath.spaces import action_space, observation_space
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -144,8 +144,8 @@ class MowerRoutingEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]])
             text = f"`render_mode` must be None, got {render_mode!r}"
             raise ConfigError(text)
         self._core = _native.Env(_native.Scenario(scenario, **blocks))
-        self.observation_space = box(self._core.observation_spec)
-        self.action_space = box(self._core.action_spec)
+        self.observation_space = observation_space(self._core.observation_spec)
+        self.action_space = action_space(self._core.action_spec)
 
     @property
     def scenario(self) -> Scenario:
@@ -155,7 +155,7 @@ class MowerRoutingEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]])
     @property
     def observation_names(self) -> list[str]:
         """Name of every number of an observation, in order."""
-        return [name for name, _, _ in self._core.observation_spec]
+        return [name for _, _, _, bounds in self._core.observation_spec for name, _, _ in bounds]
 
     @property
     def core(self) -> _native.Env:

@@ -3,11 +3,11 @@
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
 use proptest::prelude::*;
-use swath_core::action::{ActionError, Command};
+use swath_core::action::{Action, ActionError, Command};
 use swath_core::config::{ActionKind, Scenario};
 use swath_core::env::Env;
 use swath_core::episode::{End, Outcome};
-use swath_tests::cases::cases;
+use swath_tests::cases::{cases, numbers};
 
 fn env_of(kind: ActionKind) -> Env {
     let mut scenario = Scenario::default();
@@ -26,9 +26,10 @@ fn running(kind: ActionKind) -> Env {
 /// Tries a step that is refused: the state and the observation buffer must be as they were.
 fn refused(env: &mut Env, action: &[f32]) -> ActionError {
     let before = env.snapshot();
-    let untouched = vec![-7.0; env.observation_spec().len()];
+    let mut untouched = env.observation_spec().rows(1);
+    untouched.features.fill(-7.0);
     let mut observation = untouched.clone();
-    let error = env.step(action, &mut observation).unwrap_err();
+    let error = env.step(Action::Continuous(action), observation.as_mut()).unwrap_err();
     assert_eq!(env.snapshot(), before, "{action:?} changed the state");
     assert_eq!(observation, untouched, "{action:?} wrote an observation");
     error
@@ -129,9 +130,9 @@ proptest! {
         prop_assume!(action.iter().all(|value| value.is_finite()));
         let clipped: Vec<f32> = action.iter().map(|value| value.clamp(-1.0, 1.0)).collect();
         let (mut env, mut other) = (running(kind), running(kind));
-        let mut observation = vec![0.0; env.observation_spec().len()];
-        let step = env.step(action, &mut observation).unwrap();
-        let expected = other.step(&clipped, &mut observation).unwrap();
+        let mut observation = env.observation_spec().rows(1);
+        let step = env.step(Action::Continuous(action), observation.as_mut()).unwrap();
+        let expected = other.step(Action::Continuous(&clipped), observation.as_mut()).unwrap();
         prop_assert_eq!(step.is_clipped, action.iter().any(|value| value.abs() > 1.0));
         prop_assert!(!expected.is_clipped);
         prop_assert_eq!(env.snapshot(), other.snapshot());
@@ -151,14 +152,14 @@ proptest! {
             scenario.mower.speed_mps = speed_mps;
             scenario.episode.control_period_s = control_period_s;
             let env = Env::new(&scenario.check().unwrap());
-            let action = &values[..env.decoder().len()];
-            let (command, _) = env.decoder().decode(action).unwrap();
+            let action = &values[..numbers(&env)];
+            let (command, _) = env.decoder().decode(Action::Continuous(action)).unwrap();
             let share = if kind == ActionKind::Steer { 1.0 } else { 0.5 * (f64::from(values[1]) + 1.0) };
             let distance_m = share * speed_mps * control_period_s;
             prop_assert!((command.curvature_per_m - f64::from(values[0]) / radius_m).abs() < 1e-12);
             prop_assert!((command.distance_m - distance_m).abs() < 1e-12);
             // And back: float32 carries seven digits.
-            let back = env.decoder().encode(command);
+            let back = env.decoder().encode(command).unwrap();
             prop_assert_eq!(back.len(), action.len());
             prop_assert!(back.iter().zip(action).all(|(b, a)| (b - a).abs() < 1e-6), "{back:?}");
         }
@@ -170,8 +171,8 @@ proptest! {
         curvature_per_m in -2.0..2.0, distance_m in 0.0..50.0, is_drive in any::<bool>(),
     ) {
         let env = env_of(if is_drive { ActionKind::Drive } else { ActionKind::Steer });
-        let action = env.decoder().encode(Command { curvature_per_m, distance_m });
-        prop_assert_eq!(action.len(), env.decoder().len());
+        let action = env.decoder().encode(Command { curvature_per_m, distance_m }).unwrap();
+        prop_assert_eq!(action.len(), numbers(&env));
         prop_assert!(action.iter().all(|value| (-1.0..=1.0).contains(value)), "{action:?}");
     }
 }

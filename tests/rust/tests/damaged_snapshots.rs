@@ -5,7 +5,7 @@
 use std::sync::{Arc, Mutex};
 
 use proptest::prelude::*;
-use swath_core::action::Command;
+use swath_core::action::{Action, Command};
 use swath_core::config::{Scenario, ValidScenario};
 use swath_core::env::{Env, SnapshotError};
 use swath_tests::cases::cases;
@@ -83,12 +83,12 @@ fn no_snapshot_that_is_accepted_hangs_or_breaks_a_later_step() {
     let outcome = ends_within(20, move || {
         let good = driven().snapshot();
         let mut env = Env::new(&small());
-        let mut observation = vec![0.0; env.observation_spec().len()];
+        let mut observation = env.observation_spec().rows(1);
         let is_one_bit = |&(_, flipped, _): &(usize, u8, Vec<u8>)| flipped.is_power_of_two();
         for (place, flipped, bytes) in damaged_in_one_byte(&good).filter(is_one_bit) {
             *seen.lock().unwrap() = (place, flipped);
             if env.restore(&bytes).is_ok() {
-                let _ = env.step(&[0.3], &mut observation);
+                let _ = env.step(Action::Continuous(&[0.3]), observation.as_mut());
                 let _ = env.drive(Command { curvature_per_m: -0.5, distance_m: 2.0 });
                 let _ = env.summary();
                 let again = env.snapshot();

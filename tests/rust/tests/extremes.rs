@@ -3,10 +3,12 @@
 
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
+use swath_core::action::Action;
 use swath_core::config::{ActionKind, Distribution, Scenario, Start, from_table};
 use swath_core::env::Env;
 use swath_core::episode::End;
-use swath_core::observation::Feature;
+use swath_core::observation::{Bound, Observation};
+use swath_tests::cases::numbers;
 use swath_tests::watch::ends_within;
 use toml::{Table, Value};
 
@@ -19,21 +21,24 @@ const POWERS: [i32; 12] = [-307, -100, -17, -9, -6, -3, 3, 6, 9, 17, 100, 307];
 fn play(scenario: &Scenario) -> Result<(), String> {
     let Ok(scenario) = scenario.clone().check() else { return Ok(()) };
     let mut env = Env::new(&scenario);
-    let spec = env.observation_spec();
-    let mut observation = vec![f32::NAN; spec.len()];
-    let length = env.decoder().len();
+    let spec = env.observation_spec().parts()[0].bounds.clone();
+    let mut observation =
+        Observation { features: vec![f32::NAN; spec.len()], ..Default::default() };
+    let length = numbers(&env);
     env.reset(1);
     if !env.site().bcp_length_m.is_finite() {
         return Err(format!("a boustrophedon path of {} m", env.site().bcp_length_m));
     }
     for action in [[0.0, 1.0], [1.0, 1.0], [-1.0, 0.3], [0.5, -1.0]] {
-        let step = env.step(&action[..length], &mut observation).map_err(|e| e.to_string())?;
+        let step = env
+            .step(Action::Continuous(&action[..length]), observation.as_mut())
+            .map_err(|e| e.to_string())?;
         if !step.terms.total().is_finite() {
             return Err(format!("a reward of {:?}", step.terms));
         }
         let is_outside =
-            |(feature, value): &(&Feature, &f32)| !(feature.low..=feature.high).contains(*value);
-        if let Some((feature, value)) = spec.iter().zip(&observation).find(is_outside) {
+            |(feature, value): &(&Bound, &f32)| !(feature.low..=feature.high).contains(*value);
+        if let Some((feature, value)) = spec.iter().zip(&observation.features).find(is_outside) {
             return Err(format!("{} observed as {value}", feature.name));
         }
         if step.end != End::Running {

@@ -67,9 +67,9 @@ fn sight(view: &View) -> Sight {
 }
 
 fn observation(env: &mut Env) -> Vec<u32> {
-    let mut observation = vec![0.0; env.observation_spec().len()];
-    env.observe(&mut observation);
-    observation.iter().map(|value| value.to_bits()).collect()
+    let mut observation = env.observation_spec().rows(1);
+    env.observe(observation.as_mut());
+    observation.features.iter().map(|value| value.to_bits()).collect()
 }
 
 /// What an agent is shown at the start and after each command.

@@ -5,15 +5,21 @@
 use std::collections::BTreeSet;
 
 use proptest::prelude::*;
-use swath_core::action::Command;
+use swath_core::action::{Action, Command};
 use swath_core::config::{NamedStart, Scenario, Start};
 use swath_core::env::{Beginning, Env};
+use swath_core::observation::Observation;
 use swath_tests::cases::cases;
 use swath_tests::oracle::offsets;
 use swath_tests::scene::scenarios;
 
+/// Memory for one `features` observation of `numbers` numbers, none of them written yet.
+fn filled(numbers: usize) -> Observation {
+    Observation { features: vec![f32::NAN; numbers], ..Observation::default() }
+}
+
 fn is_within_bounds(env: &Env, observation: &[f32]) -> Result<(), String> {
-    let spec = env.observation_spec();
+    let spec = &env.observation_spec().parts()[0].bounds;
     if spec.len() != observation.len() {
         return Err(format!("{} numbers, not {}", observation.len(), spec.len()));
     }
@@ -43,17 +49,17 @@ proptest! {
         scenario.episode.budget = budget;
         scenario.episode.control_period_s = 3.0;
         let mut env = Env::new(&scenario.check().unwrap());
-        let mut observation = vec![f32::NAN; 7 + 3 * nearest_weeds + rays];
+        let mut observation = filled(7 + 3 * nearest_weeds + rays);
         env.reset(seed);
-        env.observe(&mut observation);
-        prop_assert_eq!(is_within_bounds(&env, &observation), Ok(()));
+        env.observe(observation.as_mut());
+        prop_assert_eq!(is_within_bounds(&env, &observation.features), Ok(()));
         for action in steering {
-            observation.fill(f32::NAN);
-            if env.step(&[action], &mut observation).is_err() {
+            observation.features.fill(f32::NAN);
+            if env.step(Action::Continuous(&[action]), observation.as_mut()).is_err() {
                 env.reset_next(Beginning::default());
-                env.observe(&mut observation);
+                env.observe(observation.as_mut());
             }
-            prop_assert_eq!(is_within_bounds(&env, &observation), Ok(()));
+            prop_assert_eq!(is_within_bounds(&env, &observation.features), Ok(()));
         }
     }
 
@@ -77,8 +83,8 @@ proptest! {
         for (share, distance_m) in drive {
             env.drive(Command { curvature_per_m: share / radius_m, distance_m }).unwrap();
         }
-        let mut observation = vec![f32::NAN; env.observation_spec().len()];
-        env.observe(&mut observation);
+        let mut observation = filled(env.observation_spec().parts()[0].bounds.len());
+        env.observe(observation.as_mut());
         let view = env.view();
         let mut offsets_m: Vec<(f64, f64)> =
             view.known_weeds.iter().map(|weed| offsets(view.pose, weed.position)).collect();
@@ -90,12 +96,12 @@ proptest! {
             .map(|value| value.clamp(-1.0, 1.0))
             .collect();
         expected.resize(3 * nearest_weeds, 0.0);
-        for (index, (found, expected)) in observation[7..].iter().zip(expected).enumerate() {
+        for (index, (found, expected)) in observation.features[7..].iter().zip(expected).enumerate() {
             prop_assert!((found - expected as f32).abs() < 1e-5, "{index}: {found}, not {expected}");
         }
         let known = view.known_weeds.len() as f64;
         let share = known / (known + nearest_weeds as f64);
-        prop_assert!((observation[6] - share as f32).abs() < 1e-6);
+        prop_assert!((observation.features[6] - share as f32).abs() < 1e-6);
     }
 
     /// Far outside the pasture, long after the budget: native runs have neither headland nor limits.
@@ -107,12 +113,12 @@ proptest! {
         let mut env = Env::new(&scenario.check().unwrap());
         env.lift_limits();
         env.reset(1);
-        let mut observation = vec![f32::NAN; env.observation_spec().len()];
+        let mut observation = filled(env.observation_spec().parts()[0].bounds.len());
         for (share, distance_m) in drive {
             let curvature_per_m = 0.01 * share / radius_m;
             env.drive(Command { curvature_per_m, distance_m }).unwrap();
-            env.observe(&mut observation);
-            prop_assert_eq!(is_within_bounds(&env, &observation), Ok(()));
+            env.observe(observation.as_mut());
+            prop_assert_eq!(is_within_bounds(&env, &observation.features), Ok(()));
         }
     }
 }
@@ -120,7 +126,7 @@ proptest! {
 #[test]
 fn a_default_observation_has_39_numbers_with_a_name_and_finite_bounds_each() {
     let env = Env::new(&Scenario::default().check().unwrap());
-    let spec = env.observation_spec();
+    let spec = &env.observation_spec().parts()[0].bounds;
     assert_eq!(spec.len(), 39);
     let names: BTreeSet<&str> = spec.iter().map(|feature| feature.name.as_str()).collect();
     assert_eq!(names.len(), 39);
@@ -130,9 +136,9 @@ fn a_default_observation_has_39_numbers_with_a_name_and_finite_bounds_each() {
 #[test]
 fn an_observation_can_be_made_before_the_first_reset() {
     let mut env = Env::new(&Scenario::default().check().unwrap());
-    let mut observation = vec![f32::NAN; 39];
-    env.observe(&mut observation);
-    assert_eq!(is_within_bounds(&env, &observation), Ok(()));
+    let mut observation = filled(39);
+    env.observe(observation.as_mut());
+    assert_eq!(is_within_bounds(&env, &observation.features), Ok(()));
 }
 
 /// From the middle of the default pasture 3 m ahead, at (53, 20): the seen ground ends 12 m ahead with column 64, 2 m to the
@@ -147,8 +153,8 @@ fn an_observation_worked_out_by_hand() {
     let mut env = Env::new(&scenario.check().unwrap());
     env.reset(0);
     env.drive(Command { curvature_per_m: 0.0, distance_m: 3.0 }).unwrap();
-    let mut observation = vec![f32::NAN; 39];
-    env.observe(&mut observation);
+    let mut observation = filled(39);
+    env.observe(observation.as_mut());
     let seen_fraction = env.summary().seen_fraction;
     for (index, expected) in [
         (0, 2.0 * (53.0 + 10.0) / 120.0 - 1.0),
@@ -170,7 +176,7 @@ fn an_observation_worked_out_by_hand() {
         (33, 2.0 / 48.0),
         (35, 4.0 / 48.0),
     ] {
-        let value = observation[index];
+        let value = observation.features[index];
         assert!(
             (value - expected as f32).abs() < 1e-6,
             "number {index} is {value}, not {expected}"

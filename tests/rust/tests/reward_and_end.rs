@@ -6,7 +6,7 @@
 use std::f64::consts::PI;
 
 use proptest::prelude::*;
-use swath_core::action::Command;
+use swath_core::action::{Action, Command};
 use swath_core::config::{ActionKind, Scenario, Start};
 use swath_core::env::{Env, Step};
 use swath_core::episode::{End, Outcome};
@@ -22,8 +22,8 @@ fn env_of(scenario: &Scenario) -> Env {
 }
 
 fn step(env: &mut Env, action: &[f32]) -> Step {
-    let mut observation = vec![0.0; env.observation_spec().len()];
-    env.step(action, &mut observation).unwrap()
+    let mut observation = env.observation_spec().rows(1);
+    env.step(Action::Continuous(action), observation.as_mut()).unwrap()
 }
 
 fn seen_cells(env: &Env) -> usize {

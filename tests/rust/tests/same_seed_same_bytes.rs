@@ -5,6 +5,7 @@
 use std::collections::BTreeSet;
 
 use proptest::prelude::*;
+use swath_core::action::Action;
 use swath_core::config::{Distribution, Scenario, ValidScenario};
 use swath_core::env::{Beginning, Env};
 use swath_core::geometry::Point;
@@ -13,12 +14,12 @@ use swath_tests::cases::cases;
 use swath_tests::scene::scenarios;
 
 fn play(env: &mut Env, tape: &[f32]) -> Vec<u32> {
-    let mut observation = vec![0.0; env.observation_spec().len()];
-    env.observe(&mut observation);
-    let mut seen: Vec<u32> = observation.iter().map(|value| value.to_bits()).collect();
+    let mut observation = env.observation_spec().rows(1);
+    env.observe(observation.as_mut());
+    let mut seen: Vec<u32> = observation.features.iter().map(|value| value.to_bits()).collect();
     for &action in tape {
-        let _ = env.step(&[action], &mut observation);
-        seen.extend(observation.iter().map(|value| value.to_bits()));
+        let _ = env.step(Action::Continuous(&[action]), observation.as_mut());
+        seen.extend(observation.features.iter().map(|value| value.to_bits()));
     }
     seen
 }

@@ -3,11 +3,11 @@
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
 use proptest::prelude::*;
-use swath_core::action::ActionError;
+use swath_core::action::{Action, ActionError};
 use swath_core::config::{ActionKind, Scenario, ValidScenario};
 use swath_core::env::{Beginning, Env, SnapshotError, Step};
 use swath_core::geometry::{Point, Pose};
-use swath_tests::cases::cases;
+use swath_tests::cases::{cases, numbers};
 use swath_tests::scene::scenarios;
 
 /// What a step gave back, bit for bit: terms, weeds, way, and the observation.
@@ -15,13 +15,13 @@ type Trace = Vec<(Result<Step, ActionError>, Vec<u32>)>;
 
 /// Plays actions until they are used up, also past the end of the episode.
 fn play(env: &mut Env, actions: &[[f32; 2]]) -> Trace {
-    let length = env.decoder().len();
-    let mut observation = vec![0.0; env.observation_spec().len()];
+    let length = numbers(env);
+    let mut observation = env.observation_spec().rows(1);
     actions
         .iter()
         .map(|action| {
-            let step = env.step(&action[..length], &mut observation);
-            (step, observation.iter().map(|value| value.to_bits()).collect())
+            let step = env.step(Action::Continuous(&action[..length]), observation.as_mut());
+            (step, observation.features.iter().map(|value| value.to_bits()).collect())
         })
         .collect()
 }
@@ -142,8 +142,11 @@ fn before_the_first_reset_there_is_a_state_too() {
     env.reset(5);
     env.restore(&snapshot).unwrap();
     assert_eq!(env.end(), None);
-    let mut observation = vec![0.0; env.observation_spec().len()];
-    assert_eq!(env.step(&[0.0], &mut observation), Err(ActionError::NotReset));
+    let mut observation = env.observation_spec().rows(1);
+    assert_eq!(
+        env.step(Action::Continuous(&[0.0]), observation.as_mut()),
+        Err(ActionError::NotReset)
+    );
 }
 
 /// A scenario is another one as soon as a single number differs, and the same one however it was written.

@@ -1,4 +1,4 @@
-//! What an agent that learns is shown: numbers made from a [`View`].
+//! The observation `features`: one flat vector.
 
 use std::f64::consts::TAU;
 
@@ -8,21 +8,12 @@ use crate::known::KnownWeed;
 use crate::math;
 use crate::view::View;
 
+use super::{Bound, Dtype, Part};
+
 /// Finite stand-in for an unlimited headland, metres: positions are scaled by it and clipped.
 const REACH_M: f64 = 10.0;
 /// Range of the rays, in sensor ranges.
 const RAY_RANGES: f64 = 4.0;
-
-/// One number of an observation: what it is and between which bounds it lies.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Feature {
-    /// Name, with its index where there are several.
-    pub name: String,
-    /// Lowest value.
-    pub low: f32,
-    /// Highest value.
-    pub high: f32,
-}
 
 /// Writes the `features` observation: 7 + 3 k + r numbers for k nearest weeds and r rays (39 by default).
 ///
@@ -56,50 +47,32 @@ impl FeatureEncoder {
         }
     }
 
-    /// Length of the observation.
+    /// The part of the observation that this encoder writes.
     #[must_use]
-    pub fn len(&self) -> usize {
-        7 + 3 * self.nearest.len() + self.rays
-    }
-
-    /// Whether the observation has no numbers; it always has some.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// Name and bounds of every number, in order.
-    #[must_use]
-    pub fn spec(&self) -> Vec<Feature> {
-        let feature = |name: String, low: f32| Feature { name, low, high: 1.0 };
-        let mut spec: Vec<Feature> = ["x", "y", "heading_cos", "heading_sin"]
+    pub fn part(&self) -> Part {
+        let feature = |name: String, low: f32| Bound { name, low, high: 1.0 };
+        let mut bounds: Vec<Bound> = ["x", "y", "heading_cos", "heading_sin"]
             .map(|name| feature(name.to_owned(), -1.0))
             .into();
-        spec.extend(
+        bounds.extend(
             ["budget_left", "seen_fraction", "known_weeds"]
                 .map(|name| feature(name.to_owned(), 0.0)),
         );
         for i in 0..self.nearest.len() {
-            spec.push(feature(format!("weed_{i}_forward"), -1.0));
-            spec.push(feature(format!("weed_{i}_left"), -1.0));
-            spec.push(feature(format!("weed_{i}_present"), 0.0));
+            bounds.push(feature(format!("weed_{i}_forward"), -1.0));
+            bounds.push(feature(format!("weed_{i}_left"), -1.0));
+            bounds.push(feature(format!("weed_{i}_present"), 0.0));
         }
-        spec.extend((0..self.rays).map(|j| feature(format!("unseen_range_{j}"), 0.0)));
-        spec
-    }
-
-    /// Panics if a buffer does not have [`FeatureEncoder::len`] places.
-    pub(crate) fn check(&self, observation: &[f32]) {
-        assert_eq!(observation.len(), self.len(), "the observation buffer has the wrong length");
+        bounds.extend((0..self.rays).map(|j| feature(format!("unseen_range_{j}"), 0.0)));
+        Part { name: "features", dtype: Dtype::Float32, shape: vec![bounds.len()], bounds }
     }
 
     /// Writes the observation of `view` to `observation`.
     ///
     /// # Panics
     ///
-    /// If `observation` does not have [`FeatureEncoder::len`] places.
+    /// If `observation` does not have as many places as [`FeatureEncoder::part`] has bounds.
     pub fn encode(&mut self, view: &View, observation: &mut [f32]) {
-        self.check(observation);
         let (site, pose) = (view.site, view.pose);
         let scaled = |value_m: f64, size_m: f64| {
             2.0 * (value_m + self.reach_m) / (size_m + 2.0 * self.reach_m) - 1.0
