@@ -1,37 +1,79 @@
 //! The mowing deck.
 
-use crate::geometry::BarSweep;
-use crate::mower::Stretch;
+use crate::geometry::{BarSweep, Footprint};
+use crate::grid::Cell;
+use crate::ground::SeenGround;
+use crate::mower::{Piece, Stretch};
 use crate::weeds::Weeds;
 
 /// The implement: a bar across the heading whose middle is the mower's pose.
 #[derive(Debug, Clone)]
 pub struct Deck {
     width_m: f64,
+    ahead: Ahead,
     mowed: Vec<u32>,
+    seen: Vec<Cell>,
+}
+
+/// What is met on a piece of a motion: it seldom is anything, and then nothing has to be tested stretch by stretch.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Ahead {
+    pub(crate) weeds: Vec<u32>,
+    pub(crate) cells: Vec<Cell>,
+}
+
+impl Ahead {
+    pub(crate) fn clear(&mut self) {
+        self.weeds.clear();
+        self.cells.clear();
+    }
 }
 
 /// What one stretch cut.
 #[derive(Debug)]
 pub struct Cut<'a> {
-    /// The ground that the bar passed over.
-    pub sweep: BarSweep,
     /// Numbers of the weeds mowed, ascending.
     pub mowed: &'a [u32],
+    /// Cells not seen before whose centre the bar passed over.
+    pub seen: &'a [Cell],
 }
 
 impl Deck {
     /// A deck of `width_m`.
     #[must_use]
     pub fn new(width_m: f64) -> Self {
-        Self { width_m, mowed: Vec::new() }
+        Self { width_m, ahead: Ahead::default(), mowed: Vec::new(), seen: Vec::new() }
+    }
+
+    /// Finds what the bar will meet on a piece, before its stretches are driven.
+    pub fn prepare(&mut self, piece: &Piece, weeds: &Weeds, ground: &SeenGround) {
+        let sweep = piece.sweep(self.width_m);
+        let Ahead { weeds: found, cells } = &mut self.ahead;
+        weeds.find_standing(&sweep, ground, found, cells);
     }
 
     /// Mows what the bar passes over on `stretch`: swept, exact, its ends included.
     pub fn mow(&mut self, stretch: &Stretch, weeds: &mut Weeds) -> Cut<'_> {
-        let Stretch { start, end, curvature_per_m, length_m, .. } = *stretch;
-        let sweep = BarSweep::between(start, end, curvature_per_m, length_m, self.width_m);
-        weeds.mow(&sweep, &mut self.mowed);
-        Cut { sweep, mowed: &self.mowed }
+        self.mowed.clear();
+        self.seen.clear();
+        let Ahead { weeds: found, cells } = &mut self.ahead;
+        if !found.is_empty() || !cells.is_empty() {
+            let Stretch { start, end, curvature_per_m, length_m, .. } = *stretch;
+            let sweep = BarSweep::between(start, end, curvature_per_m, length_m, self.width_m);
+            let grid = weeds.grid();
+            let (mowed, seen) = (&mut self.mowed, &mut self.seen);
+            found.retain(|&weed| {
+                let is_out = sweep.contains(weeds.positions()[weed as usize]);
+                mowed.extend(is_out.then_some(weed));
+                !is_out
+            });
+            cells.retain(|&cell| {
+                let is_out = sweep.contains(grid.centre(cell.column, cell.row));
+                seen.extend(is_out.then_some(cell));
+                !is_out
+            });
+            weeds.mow(mowed);
+        }
+        Cut { mowed: &self.mowed, seen: &self.seen }
     }
 }

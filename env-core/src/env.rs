@@ -149,9 +149,11 @@ impl Env {
             ),
         });
         self.belief.clear();
+        self.encoder.reset();
         self.episode = Episode::started();
         self.mower = Mower::at(start.unwrap_or_else(|| start_pose(scenario)));
-        let percept = self.sensor.look(self.mower.pose(), &mut self.weeds);
+        let Self { sensor, mower, weeds, belief, .. } = self;
+        let percept = sensor.look_around(mower.frame(), weeds, belief.ground());
         self.belief.absorb_percept(&percept, &self.weeds);
     }
 
@@ -185,20 +187,25 @@ impl Env {
         self.episode.check_running()?;
         let command = self.limits.cut(self.decoder.check(command)?, self.mower.path_m());
         let (mut tally, mut is_off_site) = (Tally::default(), false);
-        for stretch in self.mower.motion(command) {
-            self.mower.follow(&stretch); // mower
-            let cut = self.deck.mow(&stretch, &mut self.weeds); // deck
-            tally.add(stretch.length_m, cut.mowed.len());
-            self.belief.absorb_cut(&cut);
-            if stretch.ends_at_look {
-                let percept = self.sensor.look(stretch.end, &mut self.weeds); // sensor
-                self.belief.absorb_percept(&percept, &self.weeds); // belief
-                is_off_site = !self.site.allows(stretch.end.pose);
-            }
-            if is_off_site {
-                break;
+        'motion: for piece in self.mower.motion(command) {
+            self.deck.prepare(&piece, &self.weeds, self.belief.ground());
+            self.sensor.prepare(&piece, &self.weeds, self.belief.ground());
+            for stretch in piece.stretches() {
+                self.mower.follow(&stretch); // mower
+                let cut = self.deck.mow(&stretch, &mut self.weeds); // deck
+                tally.add(stretch.length_m, cut.mowed.len());
+                self.belief.absorb_cut(&cut);
+                if stretch.ends_at_look {
+                    let percept = self.sensor.look(stretch.end, &mut self.weeds); // sensor
+                    self.belief.absorb_percept(&percept, &self.weeds); // belief
+                    is_off_site = !self.site.allows(stretch.end.pose);
+                }
+                if is_off_site {
+                    break 'motion;
+                }
             }
         }
+        self.mower.rest();
         let view = View::new(&self.site, &self.mower, &self.belief);
         let end = self.episode.judge(&view, &self.limits, is_off_site); // end
         tally.forfeit_m = self.limits.forfeit_m(end, view.path_m);

@@ -1,14 +1,24 @@
 //! The pasture cut into cells: the one spatial index, for weeds and for seen ground.
 
+use std::ops::Range;
+
+use wide::f32x8;
+
 use crate::geometry::{Footprint, Point, Side, XLimits};
-use crate::math::{floor_index, larger, smaller};
+use crate::math::floor_index;
 
 /// Slack that keeps the ranges on the safe side of rounding, metres.
 const SLACK_M: f64 = 1e-6;
-/// Cells of one machine word.
-const WORD: usize = 64;
+/// The same where float32 rounds, in cells.
+const SLACK: f64 = 1e-3;
+/// Cells along either side of a tile: one machine word holds a tile.
+pub const TILE: usize = 8;
+/// The first cell of every row of a tile.
+const EVERY_ROW: u64 = 0x0101_0101_0101_0101;
+/// Tiles that are looked at together: the columns of seven fit a word with room for a carry.
+const WINDOW: usize = 7;
 
-/// How a pasture is cut: `columns` cells along x, `rows` along y, each about 1 m by 1 m.
+/// How a pasture is cut: `columns` cells along x, `rows` along y, each about 1 m by 1 m, and 8 by 8 of them a tile.
 ///
 /// A cell is exactly 1 m where the pasture's size is a whole number of metres; other sizes are cut evenly, into cells a
 /// little smaller, so that every cell's centre lies on the pasture.
@@ -16,7 +26,8 @@ const WORD: usize = 64;
 pub struct Grid {
     columns: usize,
     rows: usize,
-    words_per_row: usize,
+    tile_columns: usize,
+    tile_rows: usize,
     cell_x_m: f64,
     cell_y_m: f64,
     /// Cells in a metre.
@@ -24,31 +35,55 @@ pub struct Grid {
     per_y_m: f64,
 }
 
-/// Which cells a footprint reaches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reach {
-    /// Those whose centre may lie in it.
-    Centre,
-    /// Those of which any point may lie in it.
-    Touch,
-}
-
 impl Grid {
     /// The grid of a pasture of `length_m` by `width_m`, both positive.
     #[must_use]
     pub fn new(length_m: f64, width_m: f64) -> Self {
-        let count = |size_m: f64| floor_index((size_m - 1e-9).ceil()).max(1);
+        Self::with_cells_of(1.0, length_m, width_m)
+    }
+
+    /// The same with cells of about `side_m`, never larger.
+    #[must_use]
+    pub fn with_cells_of(side_m: f64, length_m: f64, width_m: f64) -> Self {
+        let count = |size_m: f64| floor_index((size_m / side_m - 1e-9).ceil()).max(1);
         let (columns, rows) = (count(length_m), count(width_m));
         let (cell_x_m, cell_y_m) = (length_m / columns as f64, width_m / rows as f64);
         Self {
             columns,
             rows,
-            words_per_row: columns.div_ceil(WORD),
+            tile_columns: columns.div_ceil(TILE),
+            tile_rows: rows.div_ceil(TILE),
             cell_x_m,
             cell_y_m,
             per_x_m: 1.0 / cell_x_m,
             per_y_m: 1.0 / cell_y_m,
         }
+    }
+
+    /// The grid whose cells are the tiles of this one.
+    #[must_use]
+    pub(crate) fn of_tiles(&self) -> Self {
+        let side = |cell_m: f64, count: usize| TILE as f64 * cell_m * count as f64;
+        let (x_m, y_m) =
+            (side(self.cell_x_m, self.tile_columns), side(self.cell_y_m, self.tile_rows));
+        Self {
+            columns: self.tile_columns,
+            rows: self.tile_rows,
+            tile_columns: self.tile_columns.div_ceil(TILE),
+            tile_rows: self.tile_rows.div_ceil(TILE),
+            cell_x_m: x_m / self.tile_columns as f64,
+            cell_y_m: y_m / self.tile_rows as f64,
+            per_x_m: self.tile_columns as f64 / x_m,
+            per_y_m: self.tile_rows as f64 / y_m,
+        }
+    }
+
+    /// The cell of that number, row by row.
+    #[must_use]
+    pub(crate) fn cell_number(&self, number: usize) -> Cell {
+        let (column, row) = (number % self.columns, number / self.columns);
+        let (tile, bit) = self.place(column, row);
+        Cell { column, row, tile, bit }
     }
 
     /// Number of cells along x.
@@ -69,10 +104,29 @@ impl Grid {
         self.columns * self.rows
     }
 
+    /// Number of tiles along x and y.
+    #[must_use]
+    pub fn tiles(&self) -> (usize, usize) {
+        (self.tile_columns, self.tile_rows)
+    }
+
+    /// Size of a cell along x and y, metres.
+    #[must_use]
+    pub fn cell_m(&self) -> (f64, f64) {
+        (self.cell_x_m, self.cell_y_m)
+    }
+
     /// Size of the pasture along x and y, metres.
     #[must_use]
     pub fn size_m(&self) -> (f64, f64) {
         (self.columns as f64 * self.cell_x_m, self.rows as f64 * self.cell_y_m)
+    }
+
+    /// A point in cells from the lower left corner.
+    #[inline]
+    #[must_use]
+    pub(crate) fn in_cells(&self, x_m: f64, y_m: f64) -> (f64, f64) {
+        (x_m * self.per_x_m, y_m * self.per_y_m)
     }
 
     /// The column and row of the cell that holds a point; points outside belong to the nearest cell.
@@ -83,61 +137,186 @@ impl Grid {
         (column, row)
     }
 
+    /// The cell that holds a point; points outside belong to the nearest cell.
+    #[must_use]
+    pub fn cell_at(&self, point: Point) -> Cell {
+        let (column, row) = self.cell_of(point);
+        let (tile, bit) = self.place(column, row);
+        Cell { column, row, tile, bit }
+    }
+
     /// The middle of a cell, world frame, metres.
+    #[inline]
     #[must_use]
     pub fn centre(&self, column: usize, row: usize) -> Point {
         Point::new((column as f64 + 0.5) * self.cell_x_m, (row as f64 + 0.5) * self.cell_y_m)
     }
 
-    /// First and last row that a footprint may reach.
+    /// The tile that holds a cell, and the cell's bit in it.
     #[inline]
-    fn rows_of(&self, footprint: &impl Footprint, reach: Reach) -> std::ops::Range<usize> {
-        let (bottom_m, top_m) = footprint.y_range();
-        let (low, high) = ((bottom_m - SLACK_M) * self.per_y_m, (top_m + SLACK_M) * self.per_y_m);
-        let (first, end) = span(low, high, reach);
-        first.min(self.rows)..end.min(self.rows)
+    #[must_use]
+    pub(crate) fn place(&self, column: usize, row: usize) -> (usize, u32) {
+        let tile = row / TILE * self.tile_columns + column / TILE;
+        (tile, u32::try_from(row % TILE * TILE + column % TILE).expect("below 64"))
     }
 
-    /// The limits of a footprint in cells: where the row's line through its middle, or its whole height, may meet it.
+    /// The tiles that a footprint may reach, as ranges of tile columns and tile rows.
     #[inline]
-    fn limits_in_cells(&self, footprint: &impl Footprint, reach: Reach) -> XLimits {
-        let half_m = if reach == Reach::Touch { 0.5 * self.cell_y_m } else { 0.0 };
-        let XLimits { lower, upper } = *footprint.limits();
-        let in_cells = |side: Side, widen: f64| Side {
-            x_at_0_m: (side.x_at_0_m + widen * (side.slope.abs() * half_m + SLACK_M))
-                * self.per_x_m,
-            slope: side.slope * self.per_x_m,
+    fn tiles_of(&self, footprint: &impl Footprint) -> (Range<usize>, Range<usize>) {
+        let tiles = |(low_m, high_m): (f64, f64), per_m: f64, count: usize| {
+            let first = floor_index((low_m - SLACK_M) * per_m * (1.0 / TILE as f64));
+            let end = floor_index((high_m + SLACK_M) * per_m * (1.0 / TILE as f64) + 1.0);
+            first..end.min(count)
+        };
+        (
+            tiles(footprint.x_range(), self.per_x_m, self.tile_columns),
+            tiles(footprint.y_range(), self.per_y_m, self.tile_rows),
+        )
+    }
+
+    /// The limits of a footprint in columns that depend on the row, both counted from 0: a cell outside them is nowhere
+    /// touched.
+    #[inline]
+    fn limits_in_cells(&self, footprint: &impl Footprint) -> XLimits {
+        let XLimits { lower, upper } = footprint.limits();
+        let half_m = (0.5 + SLACK) * self.cell_y_m;
+        let in_cells = |side: Side, widen: f64| {
+            // From the limit at the row's middle to that at its lower or upper border.
+            let at_row_m = side.x_at_0_m
+                + side.slope * (0.5 * self.cell_y_m)
+                + widen * side.slope.abs() * half_m;
+            Side {
+                x_at_0_m: at_row_m * self.per_x_m + widen * SLACK,
+                slope: side.slope * self.cell_y_m * self.per_x_m,
+            }
         };
         XLimits {
             lower: lower.map(|side| in_cells(side, -1.0)),
             upper: upper.map(|side| in_cells(side, 1.0)),
         }
     }
+
+    /// Whether a footprint certainly has no point in a tile.
+    #[inline]
+    fn is_missed(&self, footprint: &impl Footprint, column: usize, row: usize) -> bool {
+        let (side_x_m, side_y_m) = (TILE as f64 * self.cell_x_m, TILE as f64 * self.cell_y_m);
+        let low = Point::new(column as f64 * side_x_m, row as f64 * side_y_m);
+        footprint.misses(low, Point::new(low.x + side_x_m, low.y + side_y_m))
+    }
+
+    /// Calls `visit` with every tile that a footprint may touch, and the bits of the cells there that it may touch, set by
+    /// set; tiles where no set has any are left out.
+    #[inline]
+    pub(crate) fn for_each_touched<const N: usize>(
+        &self,
+        footprint: &impl Footprint,
+        sets: [&CellSet; N],
+        mut visit: impl FnMut(Tile, [u64; N]),
+    ) {
+        let (columns, rows) = self.tiles_of(footprint);
+        let mut limits = None;
+        let mut tile_row = rows.start;
+        while tile_row < rows.end {
+            let start = tile_row * self.tile_columns;
+            // The masks of the rows of a window of tiles, and its first column.
+            let mut window: Option<([u64; TILE], usize)> = None;
+            let mut column = columns.start;
+            while column < columns.end {
+                let words = sets.map(|set| set.words[start + column]);
+                let is_empty = words.iter().fold(0, |all, &word| all | word) == 0;
+                if !is_empty && !self.is_missed(footprint, column, tile_row) {
+                    let (row_masks, first) = match &mut window {
+                        Some(window) if column < window.1 + WINDOW => window,
+                        window => {
+                            let limits =
+                                limits.get_or_insert_with(|| self.limits_in_cells(footprint));
+                            let masks = row_masks(limits, column * TILE, tile_row * TILE);
+                            window.insert((masks, column))
+                        }
+                    };
+                    let eighth = TILE * (column - *first);
+                    let mut mask = 0;
+                    for (row, row_mask) in row_masks.iter().enumerate() {
+                        mask |= (row_mask >> eighth & 0xff) << (TILE * row);
+                    }
+                    let bits = words.map(|word| word & mask);
+                    if bits.iter().fold(0, |all, &bits| all | bits) != 0 {
+                        visit(Tile { index: start + column, column, row: tile_row }, bits);
+                    }
+                }
+                column += 1;
+            }
+            tile_row += 1;
+        }
+    }
 }
 
-/// First cell and end of the cells that `low..=high` reaches, both in cells.
-#[inline]
-fn span(low: f64, high: f64, reach: Reach) -> (usize, usize) {
-    match reach {
-        Reach::Touch => (floor_index(low), floor_index(high + 1.0)),
-        // The centre of cell i lies at i + 1/2: from the first i not below low - 1/2 to the last one not above high - 1/2.
-        Reach::Centre => (floor_index(low + (0.5 - 1e-12)), floor_index(high + 0.5)),
+/// A cell, and where a set keeps it.
+#[derive(Debug, Clone, Copy)]
+pub struct Cell {
+    /// Along x, from 0.
+    pub column: usize,
+    /// Along y, from 0.
+    pub row: usize,
+    pub(crate) tile: usize,
+    pub(crate) bit: u32,
+}
+
+/// A tile: its place in a set, and its place on the pasture in tiles.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tile {
+    index: usize,
+    column: usize,
+    row: usize,
+}
+
+impl Tile {
+    /// Calls `visit` with the cells of these bits.
+    #[inline]
+    pub(crate) fn for_each(self, mut bits: u64, mut visit: impl FnMut(Cell)) {
+        while bits != 0 {
+            let bit = bits.trailing_zeros();
+            let at = bit as usize;
+            let (column, row) = (self.column * TILE + at % TILE, self.row * TILE + at / TILE);
+            visit(Cell { column, row, tile: self.index, bit });
+            bits &= bits - 1;
+        }
     }
+}
+
+/// For each of eight rows from `first_row` the columns between the limits, lowest bit `first_column`.
+///
+/// In float32: the limits have slack for it.
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "only the window's 56 columns matter")]
+fn row_masks(limits: &XLimits, first_column: usize, first_row: usize) -> [u64; TILE] {
+    const LAST: f32 = (WINDOW * TILE) as f32;
+    let (row, column) = (first_row as f64, first_column as f64);
+    let rows = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+    let at = |side: Side| {
+        let here = (side.x_at_0_m + side.slope * row - column) as f32;
+        f32x8::splat(side.slope as f32) * rows + f32x8::splat(here)
+    };
+    let [low, other_low] = limits.lower.map(at);
+    let [high, other_high] = limits.upper.map(at);
+    let (zero, last) = (f32x8::ZERO, f32x8::splat(LAST));
+    let first = low.fast_max(other_low).fast_max(zero).fast_min(last);
+    let end = (high.fast_min(other_high) + f32x8::ONE).fast_max(zero).fast_min(last);
+    let (first, end) = (first.fast_trunc_int().to_array(), end.fast_trunc_int().to_array());
+    std::array::from_fn(|i| (1_u64 << (end[i].max(first[i]) & 63)) - (1 << (first[i] & 63)))
 }
 
 /// A set of cells, one bit each.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CellSet {
     words: Vec<u64>,
-    /// Number of cells of each row, so that rows without any are passed over.
-    per_row: Vec<u32>,
 }
 
 impl CellSet {
     /// No cell of `grid`.
     #[must_use]
     pub fn empty(grid: &Grid) -> Self {
-        Self { words: vec![0; grid.words_per_row * grid.rows], per_row: vec![0; grid.rows] }
+        Self { words: vec![0; grid.tile_columns * grid.tile_rows] }
     }
 
     /// Every cell of `grid`.
@@ -151,21 +330,14 @@ impl CellSet {
     /// The set with these bits; `None` if they are not those of a set of `grid`.
     #[must_use]
     pub fn from_words(grid: &Grid, words: Vec<u64>) -> Option<Self> {
-        let tail = tail(grid);
-        let fits = words.len() == grid.words_per_row * grid.rows
-            && words
-                .chunks_exact(grid.words_per_row)
-                .all(|row| row[grid.words_per_row - 1] & !tail == 0);
-        fits.then(|| {
-            let per_row = words
-                .chunks_exact(grid.words_per_row)
-                .map(|row| row.iter().map(|word| word.count_ones()).sum())
-                .collect();
-            Self { words, per_row }
-        })
+        let all = Self::full(grid);
+        let fits = words.len() == all.words.len()
+            && words.iter().zip(&all.words).all(|(word, all)| word & !all == 0);
+        fits.then_some(Self { words })
     }
 
-    /// The bits: 64 columns a word, each row in words of its own, lowest bit first.
+    /// The bits: a word a tile, tiles row by row, and within a tile the cells row by row, lowest bit first.
+    #[inline]
     #[must_use]
     pub fn words(&self) -> &[u64] {
         &self.words
@@ -174,112 +346,97 @@ impl CellSet {
     /// Takes every cell out.
     pub fn clear(&mut self) {
         self.words.fill(0);
-        self.per_row.fill(0);
     }
 
     /// Puts every cell of `grid` in.
     pub fn fill(&mut self, grid: &Grid) {
-        for row in self.words.chunks_exact_mut(grid.words_per_row) {
-            row.fill(u64::MAX);
-            row[grid.words_per_row - 1] = tail(grid);
+        // How many cells of a tile the pasture still has; then the bits of as many columns, and of as many rows.
+        let left = |tile: usize, cells: usize| (cells - tile * TILE).min(TILE);
+        for (tile_row, words) in self.words.chunks_exact_mut(grid.tile_columns).enumerate() {
+            let rows = u64::MAX >> (64 - TILE * left(tile_row, grid.rows));
+            words.fill(rows);
+            let columns = 0xff_u64 >> (TILE - left(grid.tile_columns - 1, grid.columns));
+            words[grid.tile_columns - 1] = rows & (columns * EVERY_ROW);
         }
-        self.per_row
-            .fill(u32::try_from(grid.columns).expect("a pasture has at most 64 million columns"));
     }
 
     /// Number of cells in the set.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.per_row.iter().map(|&count| count as usize).sum()
+        self.words.iter().map(|word| word.count_ones() as usize).sum()
     }
 
     /// Whether the set holds no cell.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.per_row.iter().all(|&count| count == 0)
+        self.words.iter().all(|&word| word == 0)
     }
 
     /// Whether a cell is in the set.
+    #[inline]
     #[must_use]
     pub fn contains(&self, grid: &Grid, column: usize, row: usize) -> bool {
-        self.words[row * grid.words_per_row + column / WORD] >> (column % WORD) & 1 == 1
+        let (tile, bit) = grid.place(column, row);
+        self.words[tile] >> bit & 1 == 1
     }
 
-    /// The word that holds a cell, and how many cells of the set come before it in that word.
+    /// How many cells of the set come before bit `bit` of its tile.
     #[inline]
     #[must_use]
-    pub fn rank_in_word(&self, grid: &Grid, column: usize, row: usize) -> (usize, usize) {
-        let word = row * grid.words_per_row + column / WORD;
-        let before = self.words[word] & !(u64::MAX << (column % WORD));
-        (word, before.count_ones() as usize)
+    pub(crate) fn rank_in_tile(&self, tile: usize, bit: u32) -> usize {
+        (self.words[tile] & !(u64::MAX << bit)).count_ones() as usize
     }
 
-    /// Puts a cell in.
-    pub fn insert(&mut self, grid: &Grid, column: usize, row: usize) {
-        let word = &mut self.words[row * grid.words_per_row + column / WORD];
-        let bit = 1 << (column % WORD);
-        self.per_row[row] += u32::from(*word & bit == 0);
-        *word |= bit;
+    /// Puts a cell in; returns whether it was not in yet.
+    pub fn insert(&mut self, cell: Cell) -> bool {
+        let word = &mut self.words[cell.tile];
+        let is_new = *word >> cell.bit & 1 == 0;
+        *word |= 1 << cell.bit;
+        is_new
     }
 
-    /// Takes out every cell that a footprint may reach and for which `is_out` holds; returns how many.
-    ///
-    /// `is_out` is asked for cells of the set only, rows upwards, columns ascending.
-    #[inline]
-    pub fn remove_where(
-        &mut self,
+    /// Takes a cell out; returns whether it was in.
+    pub fn remove(&mut self, cell: Cell) -> bool {
+        let word = &mut self.words[cell.tile];
+        let was_in = *word >> cell.bit & 1 == 1;
+        *word &= !(1 << cell.bit);
+        was_in
+    }
+
+    /// Calls `visit` with every cell of the set that a footprint may touch, once.
+    pub fn for_each_touched(
+        &self,
         grid: &Grid,
         footprint: &impl Footprint,
-        reach: Reach,
-        mut is_out: impl FnMut(usize, usize) -> bool,
-    ) -> usize {
-        let rows = grid.rows_of(footprint, reach);
-        if self.per_row[rows.clone()].iter().all(|&count| count == 0) {
-            return 0;
-        }
-        let XLimits { lower: [l0, l1], upper: [u0, u1] } = grid.limits_in_cells(footprint, reach);
-        let mut removed = 0;
-        for row in rows {
-            if self.per_row[row] == 0 {
-                continue;
-            }
-            let y_m = (row as f64 + 0.5) * grid.cell_y_m;
-            let at_row = |side: Side| side.x_at_0_m + side.slope * y_m;
-            let low = larger(at_row(l0), at_row(l1));
-            let high = smaller(at_row(u0), at_row(u1));
-            let (first, end) = span(low, high, reach);
-            let end = end.min(grid.columns);
-            if first >= end {
-                continue;
-            }
-            let mut removed_here = 0;
-            for word_index in first / WORD..=(end - 1) / WORD {
-                let word = &mut self.words[row * grid.words_per_row + word_index];
-                let mut bits = *word & mask(first, end, word_index);
-                while bits != 0 {
-                    if is_out(word_index * WORD + bits.trailing_zeros() as usize, row) {
-                        *word &= !(bits & bits.wrapping_neg());
-                        removed_here += 1;
-                    }
-                    bits &= bits - 1;
-                }
-            }
-            self.per_row[row] -= removed_here;
-            removed += removed_here as usize;
-        }
-        removed
+        mut visit: impl FnMut(Cell),
+    ) {
+        grid.for_each_touched(footprint, [self], |tile, [bits]| tile.for_each(bits, &mut visit));
     }
-}
 
-/// The bits that a row's last word may have.
-fn tail(grid: &Grid) -> u64 {
-    u64::MAX >> (grid.words_per_row * WORD - grid.columns)
-}
-
-/// The bits of word `word` that stand for the columns `first..end`.
-#[inline]
-fn mask(first: usize, end: usize, word: usize) -> u64 {
-    let from = first.saturating_sub(word * WORD);
-    let to = (end - word * WORD).min(WORD);
-    (u64::MAX << from) & (u64::MAX >> (WORD - to))
+    /// Calls `visit` with the cells of the set in these columns and rows.
+    #[inline]
+    pub fn for_each_in(
+        &self,
+        grid: &Grid,
+        columns: Range<usize>,
+        rows: Range<usize>,
+        mut visit: impl FnMut(Cell),
+    ) {
+        // The part of a range that lies in a tile, counted from the tile's first cell.
+        let within = |range: &Range<usize>, tile: usize| {
+            let first = tile * TILE;
+            (range.start.max(first) - first, range.end.min(first + TILE) - first)
+        };
+        for tile_row in rows.start / TILE..rows.end.div_ceil(TILE) {
+            let (first, end) = within(&rows, tile_row);
+            let of_rows = (u64::MAX << (TILE * first)) & (u64::MAX >> (TILE * (TILE - end)));
+            for tile_column in columns.start / TILE..columns.end.div_ceil(TILE) {
+                let (first, end) = within(&columns, tile_column);
+                let of_columns = ((0xff << first) & (0xff >> (TILE - end))) * EVERY_ROW;
+                let index = tile_row * grid.tile_columns + tile_column;
+                let tile = Tile { index, column: tile_column, row: tile_row };
+                tile.for_each(self.words[index] & of_rows & of_columns, &mut visit);
+            }
+        }
+    }
 }

@@ -3,6 +3,7 @@
 use std::ops::Deref;
 
 use crate::geometry::Point;
+use crate::grid::{Cell, CellSet, Grid};
 use crate::math::floor_index;
 
 /// A weed that was detected and not yet mowed.
@@ -19,18 +20,22 @@ const BUCKET_M: f64 = 1.0;
 const BUCKETS: f64 = 16_384.0;
 /// The end of a bucket's chain.
 const NONE: u32 = u32::MAX;
+/// Half the side of the first square that is searched for the nearest weeds, in buckets, and how it grows.
+const FIRST_REACH: usize = 1;
+const GROWTH: usize = 2;
 
 /// Known weeds in the order of detection, read as a slice; buckets find the nearest ones.
 #[derive(Debug, Clone)]
 pub struct KnownWeeds {
     list: Vec<KnownWeed>,
-    side_m: f64,
-    columns: usize,
-    rows: usize,
-    /// For each bucket the first weed of its chain, by number.
+    grid: Grid,
+    /// Buckets that hold a weed.
+    occupied: CellSet,
+    /// For each of them the first weed of its chain, by number.
     first: Vec<u32>,
     /// For each weed number its position, and the next weed of its bucket.
     chain: Vec<(Point, u32)>,
+    removals: u64,
 }
 
 impl Deref for KnownWeeds {
@@ -46,26 +51,18 @@ impl KnownWeeds {
     #[must_use]
     pub fn none(length_m: f64, width_m: f64) -> Self {
         let side_m = (length_m * width_m / BUCKETS).sqrt().max(BUCKET_M);
-        let count = |size_m: f64| floor_index((size_m / side_m).ceil()).max(1);
-        let (columns, rows) = (count(length_m), count(width_m));
-        Self {
-            list: Vec::new(),
-            side_m,
-            columns,
-            rows,
-            first: vec![NONE; columns * rows],
-            chain: Vec::new(),
-        }
+        let grid = Grid::with_cells_of(side_m, length_m, width_m);
+        let occupied = CellSet::empty(&grid);
+        let first = vec![NONE; 64 * occupied.words().len()];
+        Self { list: Vec::new(), grid, occupied, first, chain: Vec::new(), removals: 0 }
     }
 
     /// Forgets every weed.
     pub fn clear(&mut self) {
-        for index in 0..self.list.len() {
-            let bucket = self.bucket_of(self.list[index].position);
-            self.first[bucket] = NONE;
-        }
+        self.occupied.clear();
         self.list.clear();
         self.chain.clear();
+        self.removals = 0;
     }
 
     /// Adds a weed that was detected after all others.
@@ -76,111 +73,150 @@ impl KnownWeeds {
     pub fn add(&mut self, weed: KnownWeed) {
         let number = weed.number as usize;
         assert!(number >= self.chain.len(), "weeds are known in the order of their detection");
-        let bucket = self.bucket_of(weed.position);
+        let cell = self.grid.cell_at(weed.position);
+        let after = if self.occupied.insert(cell) { NONE } else { self.first[bucket(cell)] };
         // Numbers left out belong to weeds that were mowed before this list began.
         self.chain.resize(number, (weed.position, NONE));
-        self.chain.push((weed.position, self.first[bucket]));
-        self.first[bucket] = weed.number;
+        self.chain.push((weed.position, after));
+        self.first[bucket(cell)] = weed.number;
         self.list.push(weed);
     }
 
     /// Strikes out the weed of that number, if it is known.
     pub fn remove(&mut self, number: u32) {
-        let Ok(index) = self.list.binary_search_by_key(&number, |weed| weed.number) else { return };
+        let Some(index) = self.index_of(number) else { return };
         let weed = self.list.remove(index);
-        let bucket = self.bucket_of(weed.position);
+        self.removals += 1;
+        let cell = self.grid.cell_at(weed.position);
         let after = self.chain[number as usize].1;
-        if self.first[bucket] == number {
-            self.first[bucket] = after;
+        let first = &mut self.first[bucket(cell)];
+        if *first == number {
+            *first = after;
+            if after == NONE {
+                self.occupied.remove(cell);
+            }
             return;
         }
-        let mut before = self.first[bucket] as usize;
+        let mut before = *first as usize;
         while self.chain[before].1 != number {
             before = self.chain[before].1 as usize;
         }
         self.chain[before].1 = after;
     }
 
+    fn index_of(&self, number: u32) -> Option<usize> {
+        self.list.binary_search_by_key(&number, |weed| weed.number).ok()
+    }
+
+    /// Whether the weed of that number is known.
+    #[must_use]
+    pub fn holds(&self, number: u32) -> bool {
+        self.index_of(number).is_some()
+    }
+
+    /// How many weeds were struck out.
+    #[must_use]
+    pub fn removals(&self) -> u64 {
+        self.removals
+    }
+
+    /// The weeds whose numbers are not below `number`.
+    #[must_use]
+    pub fn since(&self, number: u32) -> &[KnownWeed] {
+        let is_new = self.list.last().is_some_and(|weed| weed.number >= number);
+        let first = if is_new {
+            self.list.partition_point(|weed| weed.number < number)
+        } else {
+            self.list.len()
+        };
+        &self.list[first..]
+    }
+
     /// Writes the weeds nearest to `from` to `nearest` with their squared distances, nearest first, ties by order of detection; returns how many.
-    pub fn nearest(&self, from: Point, nearest: &mut [(f64, KnownWeed)]) -> usize {
-        let mut found = Nearest { places: nearest, count: 0 };
-        let (column, row) = self.cell_of(from);
-        for ring in 0..self.columns.max(self.rows) {
-            let gap_m = self.gap_m(from, column, row, ring);
-            if found.is_full() && gap_m > 0.0 && gap_m * gap_m > found.farthest_m2() {
-                break;
-            }
+    ///
+    /// Where it is known that so many weeds stand within `within_m`, farther ones are not looked for; else that is infinite.
+    pub fn nearest(&self, from: Point, within_m: f64, nearest: &mut [(f64, KnownWeed)]) -> usize {
+        let mut found = Nearest { places: nearest, count: 0, limit_m2: within_m * within_m };
+        let (column, row) = self.grid.cell_of(from);
+        let side_m = self.smallest_side_m();
+        let mut reach =
+            if within_m.is_finite() { floor_index(within_m / side_m) + 1 } else { FIRST_REACH };
+        loop {
             // Where weeds are few and far between, looking at each of them is quicker than at empty buckets.
-            if ring * ring > self.list.len() {
-                found.count = 0;
+            if self.list.len() <= found.places.len().max(4 * reach * reach) {
                 self.list.iter().for_each(|&weed| found.offer(from, weed));
                 break;
             }
-            self.for_each_in_ring(column, row, ring, |weed| found.offer(from, weed));
+            self.for_each_in_square(column, row, reach, |weed| found.offer(from, weed));
+            let gap_m = self.gap_m(from, column, row, reach);
+            if gap_m == f64::INFINITY || (found.is_full() && gap_m * gap_m > found.limit_m2) {
+                break;
+            }
+            reach = if found.is_full() {
+                // No weed outside this square is closer than the farthest one found.
+                reach.max(floor_index(found.limit_m2.sqrt() / side_m)) + 1
+            } else {
+                GROWTH * reach
+            };
+            found.count = 0;
         }
         found.count
     }
 
-    /// How far `from` is from anything in this ring or beyond: its distance to the nearest side of the square of rings
-    /// within, sides along the pasture's border left out.
-    fn gap_m(&self, from: Point, column: usize, row: usize, ring: usize) -> f64 {
-        let side = |at_m: f64, cell: usize, cells: usize| {
-            let below_m = (cell + 1 > ring).then(|| at_m - self.side_m * (cell + 1 - ring) as f64);
-            let above_m = (cell + ring < cells).then(|| self.side_m * (cell + ring) as f64 - at_m);
-            below_m.unwrap_or(f64::INFINITY).min(above_m.unwrap_or(f64::INFINITY))
-        };
-        side(from.x, column, self.columns).min(side(from.y, row, self.rows))
+    fn smallest_side_m(&self) -> f64 {
+        let (side_x_m, side_y_m) = self.grid.cell_m();
+        side_x_m.min(side_y_m)
     }
 
-    /// Calls `visit` with the weeds of the buckets at `ring` buckets from the one given.
-    fn for_each_in_ring(
+    /// How far `from` is at least from anything outside the square of buckets that reach so far from its own, metres:
+    /// sides beyond the pasture's border left out, and 0 for a point outside the square.
+    fn gap_m(&self, from: Point, column: usize, row: usize, reach: usize) -> f64 {
+        let (side_x_m, side_y_m) = self.grid.cell_m();
+        let side = |at_m: f64, side_m: f64, cell: usize, cells: usize| {
+            let below_m = (cell > reach).then(|| at_m - side_m * (cell - reach) as f64);
+            let end = cell + reach + 1;
+            let above_m = (end < cells).then(|| side_m * end as f64 - at_m);
+            below_m.unwrap_or(f64::INFINITY).min(above_m.unwrap_or(f64::INFINITY)).max(0.0)
+        };
+        let x_m = side(from.x, side_x_m, column, self.grid.columns());
+        x_m.min(side(from.y, side_y_m, row, self.grid.rows()))
+    }
+
+    /// Calls `visit` with the weeds of the buckets at most `reach` columns and rows from the one given.
+    #[inline]
+    fn for_each_in_square(
         &self,
         column: usize,
         row: usize,
-        ring: usize,
+        reach: usize,
         mut visit: impl FnMut(KnownWeed),
     ) {
-        let (left, right) = (column.checked_sub(ring), column + ring);
-        for r in row.saturating_sub(ring)..=(row + ring).min(self.rows - 1) {
-            if r + ring == row || r == row + ring {
-                for c in left.unwrap_or(0)..=right.min(self.columns - 1) {
-                    self.for_each_in_bucket(c, r, &mut visit);
-                }
-            } else {
-                if let Some(left) = left {
-                    self.for_each_in_bucket(left, r, &mut visit);
-                }
-                if right < self.columns {
-                    self.for_each_in_bucket(right, r, &mut visit);
-                }
+        let end = |at: usize, cells: usize| (at + reach + 1).min(cells);
+        let columns = column.saturating_sub(reach)..end(column, self.grid.columns());
+        let rows = row.saturating_sub(reach)..end(row, self.grid.rows());
+        self.occupied.for_each_in(&self.grid, columns, rows, |cell| {
+            let mut number = self.first[bucket(cell)];
+            while number != NONE {
+                let (position, next) = self.chain[number as usize];
+                visit(KnownWeed { number, position });
+                number = next;
             }
-        }
+        });
     }
+}
 
-    fn for_each_in_bucket(&self, column: usize, row: usize, visit: &mut impl FnMut(KnownWeed)) {
-        let mut number = self.first[row * self.columns + column];
-        while number != NONE {
-            let (position, next) = self.chain[number as usize];
-            visit(KnownWeed { number, position });
-            number = next;
-        }
-    }
-
-    fn cell_of(&self, point: Point) -> (usize, usize) {
-        let column = floor_index(point.x / self.side_m).min(self.columns - 1);
-        (column, floor_index(point.y / self.side_m).min(self.rows - 1))
-    }
-
-    fn bucket_of(&self, point: Point) -> usize {
-        let (column, row) = self.cell_of(point);
-        row * self.columns + column
-    }
+/// Where a cell's chain begins: buckets lie as the bits of their tiles.
+#[inline]
+fn bucket(cell: Cell) -> usize {
+    cell.tile * 64 + cell.bit as usize
 }
 
 /// The nearest weeds so far, nearest first.
 struct Nearest<'a> {
     places: &'a mut [(f64, KnownWeed)],
     count: usize,
+    /// Weeds farther than this are not wanted, squared metres.
+    limit_m2: f64,
 }
 
 impl Nearest<'_> {
@@ -188,13 +224,12 @@ impl Nearest<'_> {
         self.count == self.places.len()
     }
 
-    fn farthest_m2(&self) -> f64 {
-        self.places[self.count - 1].0
-    }
-
     #[inline]
     fn offer(&mut self, from: Point, weed: KnownWeed) {
         let distance_m2 = (weed.position - from).norm_squared();
+        if distance_m2 > self.limit_m2 {
+            return;
+        }
         let is_before =
             |other: &(f64, KnownWeed)| (distance_m2, weed.number) < (other.0, other.1.number);
         let mut place = self.count;
@@ -205,8 +240,13 @@ impl Nearest<'_> {
             return;
         }
         self.count = (self.count + 1).min(self.places.len());
-        self.places[place..self.count].rotate_right(1);
+        for later in (place + 1..self.count).rev() {
+            self.places[later] = self.places[later - 1];
+        }
         self.places[place] = (distance_m2, weed);
+        if self.is_full() {
+            self.limit_m2 = self.places[self.count - 1].0;
+        }
     }
 }
 
@@ -237,7 +277,7 @@ mod tests {
                 all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.number.cmp(&b.1.number)));
                 all.truncate(8);
                 let mut nearest = [(0.0, KnownWeed { number: 0, position: Point::origin() }); 8];
-                let found = known.nearest(from, &mut nearest);
+                let found = known.nearest(from, f64::INFINITY, &mut nearest);
                 assert_eq!(nearest[..found], all[..], "{count} weeds from {from}");
             }
         }

@@ -11,6 +11,38 @@ pub fn sin_cos(angle_rad: f64) -> (f64, f64) {
     libm::sincos(angle_rad)
 }
 
+/// Quotient of the sine by the angle, and the cosine, of `angle_rad`, which lies within half a radian either way.
+///
+/// Taylor's series, whose next terms are below 1e-18 there: a third of the work of [`sin_cos`].
+#[must_use]
+#[inline]
+pub fn small_sinc_cos(angle_rad: f64) -> (f64, f64) {
+    // The factorial of an odd number, and that of the even number before it.
+    const fn factorials(n: u64) -> (f64, f64) {
+        let (mut even, mut i) = (1.0, 1);
+        while i < n {
+            even *= i as f64;
+            i += 1;
+        }
+        (even * n as f64, even)
+    }
+    const TERMS: [(f64, f64); 9] = {
+        let mut terms = [(1.0, 1.0); 9];
+        let mut n = 1;
+        while n < 9 {
+            let (odd, even) = factorials(2 * n as u64 + 1);
+            let sign = if n % 2 == 0 { 1.0 } else { -1.0 };
+            terms[n] = (sign / odd, sign / even);
+            n += 1;
+        }
+        terms
+    };
+    let square = angle_rad * angle_rad;
+    TERMS.iter().rev().fold((0.0, 0.0), |(sinc, cos), &(of_sinc, of_cos)| {
+        (sinc * square + of_sinc, cos * square + of_cos)
+    })
+}
+
 /// Angle of the vector (`x`, `y`) in [-pi, pi].
 #[must_use]
 pub fn atan2(y: f64, x: f64) -> f64 {
@@ -75,6 +107,16 @@ pub fn smaller(a: f64, b: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn small_angles_have_the_sine_and_cosine_that_all_angles_have() {
+        for k in -500..=500 {
+            let angle = f64::from(k) * 1e-3;
+            let ((sinc, cos), (sine, cosine)) = (small_sinc_cos(angle), sin_cos(angle));
+            assert!((sinc * angle - sine).abs() < 1.2e-16, "{angle}");
+            assert!((cos - cosine).abs() < 1.2e-16, "{angle}");
+        }
+    }
 
     #[test]
     fn wrapped_angles_stay_in_their_half_open_ranges() {

@@ -1,20 +1,22 @@
 //! The mower: a Dubins car that follows exact arcs.
 
 use crate::action::Command;
-use crate::geometry::{Frame, Pose};
-use crate::math::wrap_to_pi;
+use crate::geometry::{BarSweep, Frame, Pose, Sight, Triangle};
+use crate::math::{larger, smaller, wrap_to_pi};
 
 /// Way between two looks of the sensor, metres, counted from reset.
 pub const LOOK_SPACING_M: f64 = 0.2;
 /// A look this close after the end of a motion belongs to it: rounding must not push it into the next one.
 const LOOK_SLACK_M: f64 = 1e-9;
-/// Largest turn of one stretch, radians: swept ground is tested in pieces of less than half a circle.
+/// Largest turn of one piece, radians: swept ground is tested in pieces of less than half a circle.
 const MAX_TURN_RAD: f64 = 1.0;
+/// Most stretches of one piece.
+const MAX_STRETCHES: usize = 5;
 
 /// Where the mower is and how far it has come.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mower {
-    pose: Pose,
+    at: Frame,
     path_m: f64,
     looks: u64,
 }
@@ -38,7 +40,7 @@ impl Mower {
     /// A mower that has just been put down at `pose`; its look at path 0 is taken.
     #[must_use]
     pub fn at(pose: Pose) -> Self {
-        Self { pose, path_m: 0.0, looks: 1 }
+        Self::restore(pose, 0.0, 1)
     }
 
     /// Whether a mower that has come `path_m` has taken `looks` looks, one more or less for rounding.
@@ -47,13 +49,19 @@ impl Mower {
     }
 
     pub(crate) fn restore(pose: Pose, path_m: f64, looks: u64) -> Self {
-        Self { pose, path_m, looks }
+        Self { at: pose.into(), path_m, looks }
     }
 
     /// Where the mower stands.
     #[must_use]
     pub fn pose(&self) -> Pose {
-        self.pose
+        self.at.pose
+    }
+
+    /// Where the mower stands, with its direction.
+    #[must_use]
+    pub fn frame(&self) -> Frame {
+        self.at
     }
 
     /// Way driven since reset, metres.
@@ -68,56 +76,125 @@ impl Mower {
         self.looks
     }
 
-    /// The stretches of a command, cut where the sensor looks: at path 0, 0.2, 0.4 ... m, wherever steps begin and end.
+    /// A command in pieces, cut where the sensor looks: at path 0, 0.2, 0.4 ... m, wherever steps begin and end.
     #[must_use]
     pub fn motion(&self, command: Command) -> Motion {
-        let start = Frame::from(self.pose);
-        let start_path_m = self.path_m;
-        Motion { command, start, start_path_m, driven_m: 0.0, at: start, looks: self.looks }
+        Motion {
+            command,
+            start: self.at,
+            at: self.at,
+            start_path_m: self.path_m,
+            driven_m: 0.0,
+            looks: self.looks,
+        }
     }
 
     /// Moves along one stretch.
     pub fn follow(&mut self, stretch: &Stretch) {
-        self.pose = stretch.end.pose;
-        self.pose.heading_rad = wrap_to_pi(self.pose.heading_rad);
+        self.at = stretch.end;
         self.path_m += stretch.length_m;
         self.looks += u64::from(stretch.ends_at_look);
     }
+
+    /// Comes to rest: turns beyond half a circle are taken off, and the direction is found from the heading, so that
+    /// rounding does not add up over commands.
+    pub(crate) fn rest(&mut self) {
+        let heading_rad = wrap_to_pi(self.at.pose.heading_rad);
+        self.at = Pose { heading_rad, ..self.at.pose }.into();
+    }
 }
 
-/// A command being carried out: an iterator over its stretches.
+/// A command being carried out: an iterator over its pieces.
 #[derive(Debug, Clone)]
 pub struct Motion {
     command: Command,
     start: Frame,
+    at: Frame,
     start_path_m: f64,
     driven_m: f64,
-    at: Frame,
     looks: u64,
 }
 
 impl Iterator for Motion {
-    type Item = Stretch;
+    type Item = Piece;
 
-    fn next(&mut self) -> Option<Stretch> {
+    #[inline]
+    fn next(&mut self) -> Option<Piece> {
         let Command { curvature_per_m, distance_m } = self.command;
-        let look_m = self.looks as f64 * LOOK_SPACING_M - self.start_path_m;
-        if self.driven_m >= distance_m && look_m > distance_m + LOOK_SLACK_M {
-            return None;
+        let turn_per_m = curvature_per_m.abs();
+        let mut piece = Piece {
+            curvature_per_m,
+            frames: [self.at; MAX_STRETCHES + 1],
+            lengths_m: [0.0; MAX_STRETCHES],
+            is_look: [false; MAX_STRETCHES],
+            count: 0,
+        };
+        let piece_start_m = self.driven_m;
+        while piece.count < MAX_STRETCHES {
+            let look_m = self.looks as f64 * LOOK_SPACING_M - self.start_path_m;
+            if self.driven_m >= distance_m && look_m > distance_m + LOOK_SLACK_M {
+                break;
+            }
+            let mut to_m = larger(smaller(look_m, distance_m), self.driven_m);
+            if (to_m - piece_start_m) * turn_per_m > MAX_TURN_RAD {
+                if piece.count > 0 {
+                    break;
+                }
+                to_m = self.driven_m + MAX_TURN_RAD / turn_per_m;
+            }
+            let is_look = look_m <= to_m + LOOK_SLACK_M;
+            piece.lengths_m[piece.count] = to_m - self.driven_m;
+            piece.is_look[piece.count] = is_look;
+            piece.count += 1;
+            // Every point is found from the start of the command, so that errors do not add up along it.
+            piece.frames[piece.count] = self.start.advanced(curvature_per_m, to_m);
+            self.driven_m = to_m;
+            self.looks += u64::from(is_look);
         }
-        let mut to_m = look_m.min(distance_m).max(self.driven_m);
-        if (to_m - self.driven_m) * curvature_per_m.abs() > MAX_TURN_RAD {
-            to_m = self.driven_m + MAX_TURN_RAD / curvature_per_m.abs();
-        }
-        let ends_at_look = look_m <= to_m + LOOK_SLACK_M;
-        // Every point is found from the start of the command, so that errors do not add up along it.
-        let end = self.start.advanced(curvature_per_m, to_m);
-        let length_m = to_m - self.driven_m;
-        let stretch = Stretch { start: self.at, end, curvature_per_m, length_m, ends_at_look };
-        self.driven_m = to_m;
-        self.at = end;
-        self.looks += u64::from(ends_at_look);
-        Some(stretch)
+        self.at = piece.frames[piece.count];
+        (piece.count > 0).then_some(piece)
+    }
+}
+
+/// A few stretches that follow each other, which turn by a radian at most.
+#[derive(Debug, Clone, Copy)]
+pub struct Piece {
+    curvature_per_m: f64,
+    /// Where the stretches begin and end.
+    frames: [Frame; MAX_STRETCHES + 1],
+    lengths_m: [f64; MAX_STRETCHES],
+    is_look: [bool; MAX_STRETCHES],
+    count: usize,
+}
+
+impl Piece {
+    /// The stretches, in order.
+    #[inline]
+    pub fn stretches(&self) -> impl Iterator<Item = Stretch> {
+        (0..self.count).map(|i| Stretch {
+            start: self.frames[i],
+            end: self.frames[i + 1],
+            curvature_per_m: self.curvature_per_m,
+            length_m: self.lengths_m[i],
+            ends_at_look: self.is_look[i],
+        })
+    }
+
+    /// The ground that a bar of `width_m` passes over on all of them, a hair wider than that on each.
+    #[must_use]
+    #[inline]
+    pub fn sweep(&self, width_m: f64) -> BarSweep {
+        let length_m = self.lengths_m[..self.count].iter().sum();
+        let (start, end) = (self.frames[0], self.frames[self.count]);
+        BarSweep::around(start, end, self.curvature_per_m, length_m, width_m)
+    }
+
+    /// What a sensor sees from its looks, and perhaps a little more; `None` without a look.
+    #[must_use]
+    #[inline]
+    pub fn sight(&self, triangle: Triangle) -> Option<Sight<'_>> {
+        let last = self.is_look[..self.count].iter().rposition(|&is_look| is_look)?;
+        Some(Sight::new(triangle, &self.frames[1..=last + 1]))
     }
 }
 
@@ -132,10 +209,12 @@ mod tests {
             let mut looked_at_m = Vec::new();
             for _ in 0..steps {
                 let command = Command { curvature_per_m: 0.1, distance_m: 10.0 / f64::from(steps) };
-                for stretch in mower.motion(command) {
-                    mower.follow(&stretch);
-                    if stretch.ends_at_look {
-                        looked_at_m.push(mower.path_m());
+                for piece in mower.motion(command) {
+                    for stretch in piece.stretches() {
+                        mower.follow(&stretch);
+                        if stretch.ends_at_look {
+                            looked_at_m.push(mower.path_m());
+                        }
                     }
                 }
             }

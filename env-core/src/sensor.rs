@@ -1,36 +1,88 @@
 //! The weed sensor.
 
-use crate::geometry::{Frame, Triangle};
+use crate::deck::Ahead;
+use crate::geometry::{Frame, Sight, Triangle};
+use crate::grid::Cell;
+use crate::ground::SeenGround;
+use crate::mower::Piece;
 use crate::weeds::Weeds;
 
 /// A camera that sees a triangle in front of the mower, without error and at once.
 #[derive(Debug, Clone)]
 pub struct Sensor {
-    range_m: f64,
-    width_m: f64,
+    triangle: Triangle,
+    ahead: Ahead,
     detected: Vec<u32>,
+    seen: Vec<Cell>,
 }
 
-/// What one look showed.
+/// What one look showed for the first time.
 #[derive(Debug)]
 pub struct Percept<'a> {
-    /// The ground that was seen.
-    pub footprint: Triangle,
-    /// Numbers of the weeds seen for the first time, ascending.
+    /// Numbers of weeds, ascending.
     pub detected: &'a [u32],
+    /// Cells whose centre was seen.
+    pub seen: &'a [Cell],
 }
 
 impl Sensor {
     /// A sensor of depth `range_m` and far width `width_m`.
     #[must_use]
     pub fn new(range_m: f64, width_m: f64) -> Self {
-        Self { range_m, width_m, detected: Vec::new() }
+        Self {
+            triangle: Triangle::new(range_m, width_m),
+            ahead: Ahead::default(),
+            detected: Vec::new(),
+            seen: Vec::new(),
+        }
     }
 
-    /// Looks from a pose.
-    pub fn look(&mut self, from: impl Into<Frame>, weeds: &mut Weeds) -> Percept<'_> {
-        let footprint = Triangle::new(from, self.range_m, self.width_m);
-        weeds.detect(&footprint, &mut self.detected);
-        Percept { footprint, detected: &self.detected }
+    /// Finds what will come in sight on a piece, before its stretches are driven.
+    pub fn prepare(&mut self, piece: &Piece, weeds: &Weeds, ground: &SeenGround) {
+        match piece.sight(self.triangle) {
+            Some(sight) => self.prepare_for(&sight, weeds, ground),
+            None => self.ahead.clear(),
+        }
+    }
+
+    fn prepare_for(&mut self, sight: &Sight, weeds: &Weeds, ground: &SeenGround) {
+        let Ahead { weeds: found, cells } = &mut self.ahead;
+        weeds.find_undetected(sight, ground, found, cells);
+    }
+
+    /// Looks from a pose that it is prepared for.
+    pub fn look(&mut self, from: Frame, weeds: &mut Weeds) -> Percept<'_> {
+        self.detected.clear();
+        self.seen.clear();
+        let Ahead { weeds: found, cells } = &mut self.ahead;
+        if !found.is_empty() || !cells.is_empty() {
+            let triangle = self.triangle;
+            let grid = weeds.grid();
+            let (detected, seen) = (&mut self.detected, &mut self.seen);
+            found.retain(|&weed| {
+                let is_out = triangle.contains(&from, weeds.positions()[weed as usize]);
+                // A weed that was mowed meanwhile is nowhere to be seen.
+                detected.extend((is_out && !weeds.is_mowed()[weed as usize]).then_some(weed));
+                !is_out
+            });
+            cells.retain(|&cell| {
+                let is_out = triangle.contains(&from, grid.centre(cell.column, cell.row));
+                seen.extend(is_out.then_some(cell));
+                !is_out
+            });
+            weeds.detect(detected);
+        }
+        Percept { detected: &self.detected, seen: &self.seen }
+    }
+
+    /// Looks from a pose at once.
+    pub fn look_around(
+        &mut self,
+        from: Frame,
+        weeds: &mut Weeds,
+        ground: &SeenGround,
+    ) -> Percept<'_> {
+        self.prepare_for(&Sight::new(self.triangle, &[from]), weeds, ground);
+        self.look(from, weeds)
     }
 }

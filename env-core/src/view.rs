@@ -1,7 +1,8 @@
 //! The fairness line: all that an agent may know.
 
-use crate::belief::{Belief, SeenGround};
+use crate::belief::Belief;
 use crate::geometry::Pose;
+use crate::ground::SeenGround;
 use crate::known::KnownWeeds;
 use crate::mower::Mower;
 use crate::site::Site;

@@ -74,7 +74,7 @@ impl Env {
             pose: self.mower.pose(),
             path_m: self.mower.path_m(),
             looks: self.mower.looks(),
-            unseen: self.belief.unseen_cells().words().to_vec(),
+            unseen: self.belief.ground().unseen().words().to_vec(),
             weed_of: self.belief.weed_of().to_vec(),
             episode: self.episode,
             are_limits_lifted: self.limits.are_lifted(),
@@ -124,6 +124,7 @@ impl Env {
         self.weeds.restore(positions, &state.weed_of, state.is_mowed);
         self.mower = Mower::restore(state.pose, state.path_m, state.looks);
         self.belief.restore(unseen, state.weed_of, &self.weeds);
+        self.encoder.reset();
         self.episode = state.episode;
         Ok(())
     }

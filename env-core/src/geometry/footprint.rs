@@ -8,10 +8,14 @@ use super::Point;
 pub trait Footprint {
     /// Whether a point of the world lies in the shape, borders included.
     fn contains(&self, point: Point) -> bool;
+    /// Lowest and highest x of the shape, metres.
+    fn x_range(&self) -> (f64, f64);
     /// Lowest and highest y of the shape, metres.
     fn y_range(&self) -> (f64, f64);
     /// The limits on x.
-    fn limits(&self) -> &XLimits;
+    fn limits(&self) -> XLimits;
+    /// Whether the shape certainly has no point in the box between two corners.
+    fn misses(&self, low: Point, high: Point) -> bool;
 }
 
 /// The x between which a shape lies, at any y of its range: not left of any lower limit, not right of any upper one.

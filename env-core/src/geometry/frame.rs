@@ -31,8 +31,13 @@ impl Frame {
         if half_turn_rad == 0.0 {
             return self.moved(distance_m, self.cos, self.sin);
         }
-        let (half_sin, half_cos) = math::sin_cos(half_turn_rad);
-        let chord_m = distance_m * (half_sin / half_turn_rad);
+        let (half_sin, half_cos, chord_m) = if half_turn_rad.abs() <= 0.5 {
+            let (sinc, cos) = math::small_sinc_cos(half_turn_rad);
+            (sinc * half_turn_rad, cos, distance_m * sinc)
+        } else {
+            let (sin, cos) = math::sin_cos(half_turn_rad);
+            (sin, cos, distance_m * (sin / half_turn_rad))
+        };
         let along =
             (self.cos * half_cos - self.sin * half_sin, self.sin * half_cos + self.cos * half_sin);
         let (turn_cos, turn_sin) = (1.0 - 2.0 * half_sin * half_sin, 2.0 * half_sin * half_cos);

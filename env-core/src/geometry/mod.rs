@@ -5,6 +5,7 @@ mod dubins;
 mod footprint;
 mod frame;
 mod pose;
+mod sight;
 mod sweep;
 mod triangle;
 
@@ -13,6 +14,7 @@ pub use dubins::{DubinsPath, PathError, Segment, Word, boustrophedon_length, sho
 pub use footprint::{Footprint, Side, XLimits};
 pub use frame::Frame;
 pub use pose::Pose;
+pub use sight::Sight;
 pub use sweep::BarSweep;
 pub use triangle::Triangle;
 

@@ -1,6 +1,7 @@
 //! The ground that the implement passes over while the mower follows an arc.
 
 use super::{Arc, Footprint, Frame, Point, Side, XLimits};
+use crate::math::{larger, smaller};
 
 /// How far outside the bar a point still counts as mowed, metres.
 ///
@@ -14,10 +15,12 @@ pub struct BarSweep {
     end: Frame,
     curvature_per_m: f64,
     half_width_m: f64,
+    border_m: f64,
     /// Whether the bar reaches beyond its turning centre, where it sweeps backwards.
     sweeps_backwards: bool,
+    x_range: (f64, f64),
     y_range: (f64, f64),
-    limits: XLimits,
+    bulge_m: f64,
 }
 
 impl BarSweep {
@@ -41,6 +44,28 @@ impl BarSweep {
         length_m: f64,
         width_m: f64,
     ) -> Self {
+        Self::with_border(start, end, curvature_per_m, length_m, width_m, BORDER_M)
+    }
+
+    /// The same, a little wider than any of the pieces that the arc can be cut into.
+    pub(crate) fn around(
+        start: Frame,
+        end: Frame,
+        curvature_per_m: f64,
+        length_m: f64,
+        width_m: f64,
+    ) -> Self {
+        Self::with_border(start, end, curvature_per_m, length_m, width_m, 2.0 * BORDER_M)
+    }
+
+    fn with_border(
+        start: Frame,
+        end: Frame,
+        curvature_per_m: f64,
+        length_m: f64,
+        width_m: f64,
+        border_m: f64,
+    ) -> Self {
         let k = curvature_per_m.abs();
         debug_assert!(
             k * length_m < std::f64::consts::PI,
@@ -48,7 +73,7 @@ impl BarSweep {
         );
         let half_width_m = 0.5 * width_m;
         // The bar's outer end leaves the hull of the two bars by (1/k + b)(1 - cos(ks/2)) <= (|k| + b k^2) s^2 / 8.
-        let bulge_m = (k + half_width_m * k * k) * length_m * length_m / 8.0 + 2.0 * BORDER_M;
+        let bulge_m = (k + half_width_m * k * k) * length_m * length_m / 8.0 + 2.0 * border_m;
         // The four ends of the two bars along one axis, as lowest and highest value.
         let extent = |at_start: f64, at_end: f64, across_start: f64, across_end: f64| {
             let (start_half_m, end_half_m) =
@@ -57,13 +82,44 @@ impl BarSweep {
             let high_m = (at_start + start_half_m).max(at_end + end_half_m);
             (low_m - bulge_m, high_m + bulge_m)
         };
-        let sweeps_backwards = k * (half_width_m + BORDER_M) >= 1.0;
+        let sweeps_backwards = k * (half_width_m + border_m) >= 1.0;
         let y_range = extent(start.pose.y_m, end.pose.y_m, start.cos, end.cos);
-        let (left_m, right_m) = extent(start.pose.x_m, end.pose.x_m, start.sin, end.sin);
-        let limits =
-            XLimits { lower: [Side::upright(left_m); 2], upper: [Side::upright(right_m); 2] };
-        Self { start, end, curvature_per_m, half_width_m, sweeps_backwards, y_range, limits }
+        let x_range = extent(start.pose.x_m, end.pose.x_m, start.sin, end.sin);
+        Self {
+            start,
+            end,
+            curvature_per_m,
+            half_width_m,
+            border_m,
+            sweeps_backwards,
+            x_range,
+            y_range,
+            bulge_m,
+        }
     }
+}
+
+/// The sides of the box around two bars that lies along their mean heading, `margin_m` larger.
+fn limits_along(start: Frame, end: Frame, half_width_m: f64, margin_m: f64) -> XLimits {
+    // Not of length 1, but of at most 2.
+    let (ahead_x, ahead_y) = (start.cos + end.cos, start.sin + end.sin);
+    let margin = 2.0 * margin_m;
+    // The lower and the upper side of the points with gx x + gy y between those of the bars' four ends.
+    let sides = |gx: f64, gy: f64| {
+        let along = |at: Frame| gx * at.pose.x_m + gy * at.pose.y_m;
+        let half = |at: Frame| (half_width_m * (gy * at.cos - gx * at.sin)).abs();
+        let low = smaller(along(start) - half(start), along(end) - half(end)) - margin;
+        let high = larger(along(start) + half(start), along(end) + half(end)) + margin;
+        if gx.abs() <= 1e-9 {
+            return (Side::upright(f64::NEG_INFINITY), Side::upright(f64::INFINITY));
+        }
+        let per_gx = 1.0 / gx;
+        let slope = -gy * per_gx;
+        let side = |at: f64| Side { x_at_0_m: at * per_gx, slope };
+        if gx > 0.0 { (side(low), side(high)) } else { (side(high), side(low)) }
+    };
+    let (front, across) = (sides(ahead_x, ahead_y), sides(-ahead_y, ahead_x));
+    XLimits { lower: [front.0, across.0], upper: [front.1, across.1] }
 }
 
 impl Footprint for BarSweep {
@@ -75,18 +131,19 @@ impl Footprint for BarSweep {
     #[inline]
     fn contains(&self, point: Point) -> bool {
         let (ahead, left) = self.start.offsets_to(point);
+        let border_m = self.border_m;
         // Most points fail one of these two, before the root is taken.
-        if ahead < -BORDER_M && !self.sweeps_backwards {
+        if ahead < -border_m && !self.sweeps_backwards {
             return false;
         }
         let (past_end, _) = self.end.offsets_to(point);
-        let is_between = ahead >= -BORDER_M && past_end <= BORDER_M;
-        let is_opposite = self.sweeps_backwards && ahead <= BORDER_M && past_end >= -BORDER_M;
+        let is_between = ahead >= -border_m && past_end <= border_m;
+        let is_opposite = self.sweeps_backwards && ahead <= border_m && past_end >= -border_m;
         if !is_between && !is_opposite {
             return false;
         }
         let k = self.curvature_per_m;
-        let reach_m = self.half_width_m + BORDER_M;
+        let reach_m = self.half_width_m + border_m;
         let (from_centre_x, from_centre_y) = (k * ahead, 1.0 - k * left);
         let rho = (from_centre_x * from_centre_x + from_centre_y * from_centre_y).sqrt();
         if is_between {
@@ -97,13 +154,23 @@ impl Footprint for BarSweep {
     }
 
     #[inline]
+    fn x_range(&self) -> (f64, f64) {
+        self.x_range
+    }
+
+    #[inline]
     fn y_range(&self) -> (f64, f64) {
         self.y_range
     }
 
     #[inline]
-    fn limits(&self) -> &XLimits {
-        &self.limits
+    fn limits(&self) -> XLimits {
+        limits_along(self.start, self.end, self.half_width_m, self.bulge_m)
+    }
+
+    #[inline]
+    fn misses(&self, _: Point, _: Point) -> bool {
+        false
     }
 }
 

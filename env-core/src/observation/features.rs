@@ -2,13 +2,11 @@
 
 use std::f64::consts::TAU;
 
+use super::nearest::NearestWeeds;
+use super::{Bound, Dtype, Part};
 use crate::config::ValidScenario;
-use crate::geometry::Point;
-use crate::known::KnownWeed;
 use crate::math;
 use crate::view::View;
-
-use super::{Bound, Dtype, Part};
 
 /// Finite stand-in for an unlimited headland, metres: positions are scaled by it and clipped.
 const REACH_M: f64 = 10.0;
@@ -28,22 +26,27 @@ const RAY_RANGES: f64 = 4.0;
 /// | 7 + 3k + j | distance to unseen ground along the bearing j x 360 / r degrees from the heading (left), over four sensor ranges, at most 1 | 0 to 1 |
 #[derive(Debug, Clone)]
 pub struct FeatureEncoder {
-    rays: usize,
+    /// Directions of the rays in the mower's frame.
+    rays: Vec<(f64, f64)>,
     budget_m: f64,
     reach_m: f64,
-    nearest: Vec<(f64, KnownWeed)>,
+    nearest: NearestWeeds,
 }
 
 impl FeatureEncoder {
     /// The encoder of a scenario whose path may be `budget_m` long.
     #[must_use]
     pub fn new(scenario: &ValidScenario, budget_m: f64) -> Self {
-        let nobody = (0.0, KnownWeed { number: 0, position: Point::origin() });
+        let rays = scenario.observation.rays;
+        let direction = |j: usize| {
+            let (sin, cos) = math::sin_cos(TAU * j as f64 / rays as f64);
+            (cos, sin)
+        };
         Self {
-            rays: scenario.observation.rays,
+            rays: (0..rays).map(direction).collect(),
             budget_m,
             reach_m: scenario.pasture.headland_m.min(REACH_M),
-            nearest: vec![nobody; scenario.observation.nearest_weeds],
+            nearest: NearestWeeds::new(scenario.observation.nearest_weeds),
         }
     }
 
@@ -58,13 +61,18 @@ impl FeatureEncoder {
             ["budget_left", "seen_fraction", "known_weeds"]
                 .map(|name| feature(name.to_owned(), 0.0)),
         );
-        for i in 0..self.nearest.len() {
+        for i in 0..self.nearest.listed() {
             bounds.push(feature(format!("weed_{i}_forward"), -1.0));
             bounds.push(feature(format!("weed_{i}_left"), -1.0));
             bounds.push(feature(format!("weed_{i}_present"), 0.0));
         }
-        bounds.extend((0..self.rays).map(|j| feature(format!("unseen_range_{j}"), 0.0)));
+        bounds.extend((0..self.rays.len()).map(|j| feature(format!("unseen_range_{j}"), 0.0)));
         Part { name: "features", dtype: Dtype::Float32, shape: vec![bounds.len()], bounds }
+    }
+
+    /// Begins another episode.
+    pub(super) fn reset(&mut self) {
+        self.nearest.clear();
     }
 
     /// Writes the observation of `view` to `observation`.
@@ -81,7 +89,7 @@ impl FeatureEncoder {
         let budget_left =
             if self.budget_m.is_finite() { 1.0 - view.path_m / self.budget_m } else { 1.0 };
         let known = view.known_weeds.len() as f64;
-        let listed = self.nearest.len();
+        let listed = self.nearest.listed();
         let (ego, rest) = observation.split_at_mut(7);
         let (weeds, rays) = rest.split_at_mut(3 * listed);
         ego[0] = signed(scaled(pose.x_m, site.length_m));
@@ -93,9 +101,9 @@ impl FeatureEncoder {
         ego[6] = share(known / (known + listed as f64));
 
         weeds.fill(0.0);
-        let found = view.known_weeds.nearest(pose.position(), &mut self.nearest);
+        let nearest = self.nearest.find(pose.position(), view.known_weeds);
         let scale_m = site.length_m + site.width_m;
-        for ((_, weed), row) in self.nearest[..found].iter().zip(weeds.chunks_exact_mut(3)) {
+        for ((_, weed), row) in nearest.iter().zip(weeds.chunks_exact_mut(3)) {
             let offset = weed.position - pose.position();
             row[0] = signed((cos * offset.x + sin * offset.y) / scale_m);
             row[1] = signed((cos * offset.y - sin * offset.x) / scale_m);
@@ -103,11 +111,16 @@ impl FeatureEncoder {
         }
 
         let cap_m = RAY_RANGES * site.sensor_range_m;
-        for (j, range) in rays.iter_mut().enumerate() {
-            let bearing_rad = pose.heading_rad + TAU * j as f64 / self.rays as f64;
-            *range =
-                share(view.ground.range_to_unseen(pose.position(), bearing_rad, cap_m) / cap_m);
-        }
+        let mut rays = rays.iter_mut();
+        let directions = self
+            .rays
+            .iter()
+            .map(|&(ahead, left)| (cos * ahead - sin * left, sin * ahead + cos * left));
+        view.ground.ranges_to_unseen(pose.position(), directions, cap_m, |range_m| {
+            if let Some(range) = rays.next() {
+                *range = share(range_m / cap_m);
+            }
+        });
     }
 }
 

@@ -4,6 +4,7 @@
 //! which, [`Observation`] owns the memory, [`ObservationMut`] borrows it.
 
 mod features;
+mod nearest;
 mod spec;
 
 pub use features::FeatureEncoder;
@@ -34,6 +35,13 @@ impl Encoder {
     #[must_use]
     pub fn spec(&self) -> &ObservationSpec {
         &self.spec
+    }
+
+    /// Begins another episode, or goes on with another state: what was remembered of the last one does not hold.
+    pub fn reset(&mut self) {
+        if let Some(encoder) = &mut self.features {
+            encoder.reset();
+        }
     }
 
     /// Writes the observation of `view`.

@@ -1,12 +1,12 @@
 //! Weeds sorted by the cells that they stand in.
 
-use crate::geometry::{Footprint, Point};
-use crate::grid::{CellSet, Grid, Reach};
+use crate::geometry::Point;
+use crate::grid::{Cell, CellSet, Grid};
 
 /// Which weeds stand in which cell, found without a search.
 #[derive(Debug, Clone)]
 pub(super) struct CellIndex {
-    /// Weed numbers sorted by row, column and number, and where each stands.
+    /// Weed numbers sorted by tile, bit and number, and where each stands.
     by_cell: Vec<(u32, Point)>,
     /// Cells with a weed; for each of them, in order, its first place in `by_cell`, and behind the last one the end.
     occupied: CellSet,
@@ -33,14 +33,12 @@ impl CellIndex {
         by_cell.extend((0..count(positions.len())).zip(positions.iter().copied()));
         by_cell.sort_unstable_by_key(|&(weed, position)| {
             let (column, row) = grid.cell_of(position);
-            (row, column, weed)
+            (grid.place(column, row), weed)
         });
         occupied.clear();
         cell_first.clear();
         for (place, &(_, position)) in by_cell.iter().enumerate() {
-            let (column, row) = grid.cell_of(position);
-            if !occupied.contains(grid, column, row) {
-                occupied.insert(grid, column, row);
+            if occupied.insert(grid.cell_at(position)) {
                 cell_first.push(count(place));
             }
         }
@@ -52,39 +50,11 @@ impl CellIndex {
         }
     }
 
-    /// Writes the weeds in `footprint` that are sought to `found`, ascending; `cells` are those that may hold any, and lose
-    /// those that hold no more.
-    pub(super) fn take(
-        &self,
-        grid: &Grid,
-        cells: &mut CellSet,
-        footprint: &impl Footprint,
-        is_sought: impl Fn(usize) -> bool,
-        found: &mut Vec<u32>,
-    ) {
-        found.clear();
-        cells.remove_where(grid, footprint, Reach::Touch, |column, row| {
-            let mut is_cleared = true;
-            for &(weed, position) in self.in_cell(grid, column, row) {
-                if !is_sought(weed as usize) {
-                    continue;
-                }
-                if footprint.contains(position) {
-                    found.push(weed);
-                } else {
-                    is_cleared = false;
-                }
-            }
-            is_cleared
-        });
-        found.sort_unstable();
-    }
-
     /// The weeds of one cell that has some, ascending.
     #[inline]
-    fn in_cell(&self, grid: &Grid, column: usize, row: usize) -> &[(u32, Point)] {
-        let (word, rank) = self.occupied.rank_in_word(grid, column, row);
-        let cell = self.word_first[word] as usize + rank;
+    pub(super) fn in_cell(&self, cell: Cell) -> &[(u32, Point)] {
+        let rank = self.occupied.rank_in_tile(cell.tile, cell.bit);
+        let cell = self.word_first[cell.tile] as usize + rank;
         &self.by_cell[self.cell_first[cell] as usize..self.cell_first[cell + 1] as usize]
     }
 }

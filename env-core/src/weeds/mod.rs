@@ -4,7 +4,8 @@ mod index;
 mod placement;
 
 use crate::geometry::{Footprint, Point};
-use crate::grid::{CellSet, Grid};
+use crate::grid::{Cell, CellSet, Grid};
+use crate::ground::SeenGround;
 use index::CellIndex;
 
 pub use placement::draw;
@@ -20,7 +21,7 @@ pub struct Weeds {
     is_detected: Vec<bool>,
     is_mowed: Vec<bool>,
     index: CellIndex,
-    /// Cells that may hold a weed neither detected nor mowed.
+    /// Cells that hold a weed neither detected nor mowed.
     undetected_cells: CellSet,
     /// Cells that hold a weed not mowed.
     unmowed_cells: CellSet,
@@ -75,31 +76,100 @@ impl Weeds {
         for (weed, &position) in
             self.positions.iter().enumerate().filter(|&(weed, _)| !self.is_mowed[weed])
         {
-            let (column, row) = self.grid.cell_of(position);
-            self.unmowed_cells.insert(&self.grid, column, row);
+            let cell = self.grid.cell_at(position);
+            self.unmowed_cells.insert(cell);
             if !self.is_detected[weed] {
-                self.undetected_cells.insert(&self.grid, column, row);
+                self.undetected_cells.insert(cell);
             }
         }
     }
 
-    /// Mows every standing weed in `footprint`; writes their numbers to `mowed`, ascending.
-    pub fn mow(&mut self, footprint: &impl Footprint, mowed: &mut Vec<u32>) {
-        let Self { grid, is_mowed, index, unmowed_cells, .. } = self;
-        index.take(grid, unmowed_cells, footprint, |weed| !is_mowed[weed], mowed);
-        for &weed in mowed.iter() {
-            is_mowed[weed as usize] = true;
+    /// Writes the standing weeds in `footprint` to `found`, ascending, and the unseen cells with their centre in it to `cells`.
+    pub fn find_standing(
+        &self,
+        footprint: &impl Footprint,
+        ground: &SeenGround,
+        found: &mut Vec<u32>,
+        cells: &mut Vec<Cell>,
+    ) {
+        let is_sought = |weed: usize| !self.is_mowed[weed];
+        self.find(footprint, &self.unmowed_cells, is_sought, ground, found, cells);
+    }
+
+    /// The same with the standing weeds that were not detected yet.
+    pub fn find_undetected(
+        &self,
+        footprint: &impl Footprint,
+        ground: &SeenGround,
+        found: &mut Vec<u32>,
+        cells: &mut Vec<Cell>,
+    ) {
+        let is_sought = |weed: usize| !self.is_mowed[weed] && !self.is_detected[weed];
+        self.find(footprint, &self.undetected_cells, is_sought, ground, found, cells);
+    }
+
+    /// Weeds and ground are looked up in one go, since the same cells are touched.
+    #[inline]
+    fn find(
+        &self,
+        footprint: &impl Footprint,
+        weed_cells: &CellSet,
+        is_sought: impl Fn(usize) -> bool,
+        ground: &SeenGround,
+        found: &mut Vec<u32>,
+        cells: &mut Vec<Cell>,
+    ) {
+        let Self { grid, index, .. } = self;
+        found.clear();
+        cells.clear();
+        grid.for_each_touched(footprint, [ground.unseen(), weed_cells], |tile, [unseen, weeds]| {
+            tile.for_each(unseen, |cell| {
+                cells
+                    .extend(footprint.contains(grid.centre(cell.column, cell.row)).then_some(cell));
+            });
+            tile.for_each(weeds, |cell| {
+                found.extend(index.in_cell(cell).iter().filter_map(|&(weed, position)| {
+                    let is_found = footprint.contains(position) && is_sought(weed as usize);
+                    is_found.then_some(weed)
+                }));
+            });
+        });
+        found.sort_unstable();
+    }
+
+    /// Takes note that these standing weeds were mowed.
+    pub fn mow(&mut self, mowed: &[u32]) {
+        for &weed in mowed {
+            self.is_mowed[weed as usize] = true;
+            self.clear_cell(weed);
         }
     }
 
-    /// Detects every standing weed in `footprint` that was not known; writes their numbers to `detected`, ascending.
-    pub fn detect(&mut self, footprint: &impl Footprint, detected: &mut Vec<u32>) {
-        let Self { grid, is_mowed, is_detected, index, undetected_cells, .. } = self;
-        let is_sought = |weed: usize| !is_mowed[weed] && !is_detected[weed];
-        index.take(grid, undetected_cells, footprint, is_sought, detected);
-        for &weed in detected.iter() {
-            is_detected[weed as usize] = true;
+    /// Takes note that these standing weeds were detected.
+    pub fn detect(&mut self, detected: &[u32]) {
+        for &weed in detected {
+            self.is_detected[weed as usize] = true;
+            self.clear_cell(weed);
         }
+    }
+
+    /// Strikes out the cell of a weed where none is sought any more.
+    fn clear_cell(&mut self, weed: u32) {
+        let cell = self.grid.cell_at(self.positions[weed as usize]);
+        let standing =
+            self.index.in_cell(cell).iter().filter(|&&(weed, _)| !self.is_mowed[weed as usize]);
+        if standing.clone().next().is_none() {
+            self.unmowed_cells.remove(cell);
+        }
+        if standing.clone().all(|&(weed, _)| self.is_detected[weed as usize]) {
+            self.undetected_cells.remove(cell);
+        }
+    }
+
+    /// The cells that the weeds are found through.
+    #[must_use]
+    pub fn grid(&self) -> Grid {
+        self.grid
     }
 
     /// Where the weeds stand, in the order in which they were drawn or given; world frame, metres.

@@ -3,36 +3,31 @@
 use std::collections::BTreeSet;
 
 use proptest::prelude::*;
-use swath_core::geometry::{Arc, BarSweep, Footprint, Point, Pose, Triangle, XLimits};
-use swath_core::grid::{CellSet, Grid, Reach};
+use swath_core::geometry::{Arc, BarSweep, Footprint, Frame, Point, Pose, Sight, Triangle};
+use swath_core::grid::{Cell, CellSet, Grid};
 use swath_tests::cases::cases;
 
 /// Either of the two shapes that a mower puts on the ground.
 #[derive(Debug, Clone)]
 enum Shape {
-    Triangle(Triangle),
+    Sight { triangle: Triangle, looks: Vec<Frame> },
     Sweep(BarSweep),
 }
 
-impl Footprint for Shape {
+impl Shape {
     fn contains(&self, point: Point) -> bool {
         match self {
-            Self::Triangle(triangle) => triangle.contains(point),
+            Self::Sight { triangle, looks } => Sight::new(*triangle, looks).contains(point),
             Self::Sweep(sweep) => sweep.contains(point),
         }
     }
 
-    fn y_range(&self) -> (f64, f64) {
+    fn for_each_touched(&self, set: &CellSet, grid: &Grid, visit: impl FnMut(Cell)) {
         match self {
-            Self::Triangle(triangle) => triangle.y_range(),
-            Self::Sweep(sweep) => sweep.y_range(),
-        }
-    }
-
-    fn limits(&self) -> &XLimits {
-        match self {
-            Self::Triangle(triangle) => triangle.limits(),
-            Self::Sweep(sweep) => sweep.limits(),
+            Self::Sight { triangle, looks } => {
+                set.for_each_touched(grid, &Sight::new(*triangle, looks), visit);
+            }
+            Self::Sweep(sweep) => set.for_each_touched(grid, sweep, visit),
         }
     }
 }
@@ -63,10 +58,15 @@ fn headings() -> impl Strategy<Value = f64> + Clone {
 fn shapes(length_m: f64, width_m: f64) -> impl Strategy<Value = (Shape, Point)> {
     let pose = (-15.0..length_m + 15.0, -15.0..width_m + 15.0, headings())
         .prop_map(|(x_m, y_m, heading_rad)| Pose::new(x_m, y_m, heading_rad));
-    let triangle = (pose.clone(), 0.3..40.0, 0.1..40.0, 0.0..=1.0, -1.0..=1.0).prop_map(
-        |(pose, range_m, wide_m, along, across)| {
+    let look = (0.0..=1.0, -1.0..=1.0, 0..4_usize);
+    let sight = (pose.clone(), 0.3..40.0, 0.1..40.0, -2.0..2.0_f64, 1..5_usize, look).prop_map(
+        |(pose, range_m, wide_m, curvature_per_m, count, (along, across, index))| {
+            let looks: Vec<_> = (0..count)
+                .map(|i| Frame::from(pose).advanced(curvature_per_m, 0.2 * i as f64))
+                .collect();
             let in_it = Point::new(along * range_m, 0.5 * along * across * wide_m);
-            (Shape::Triangle(Triangle::new(pose, range_m, wide_m)), pose.world_from_mower() * in_it)
+            let point = looks[index % count].pose.world_from_mower() * in_it;
+            (Shape::Sight { triangle: Triangle::new(range_m, wide_m), looks }, point)
         },
     );
     let sweep = (pose, -2.0..2.0_f64, 0.0..=1.0, 0.1..8.0, (0.0..=1.0, -1.0..=1.0)).prop_map(
@@ -78,7 +78,7 @@ fn shapes(length_m: f64, width_m: f64) -> impl Strategy<Value = (Shape, Point)> 
             (Shape::Sweep(BarSweep::new(&arc, wide_m)), in_it)
         },
     );
-    prop_oneof![triangle, sweep]
+    prop_oneof![sight, sweep]
 }
 
 fn grids_and_shapes() -> impl Strategy<Value = (Grid, Shape, Point)> {
@@ -93,14 +93,25 @@ fn all_cells(grid: &Grid) -> Vec<(usize, usize)> {
     (0..grid.rows()).flat_map(|row| (0..grid.columns()).map(move |column| (column, row))).collect()
 }
 
-/// The cells of `set` that a shape may reach, in the order in which they are visited.
-fn reached(grid: &Grid, set: &CellSet, shape: &Shape, reach: Reach) -> Vec<(usize, usize)> {
+/// The cells of `set` that a shape may touch.
+fn touched(grid: &Grid, set: &CellSet, shape: &Shape) -> Vec<(usize, usize)> {
     let mut visited = Vec::new();
-    set.clone().remove_where(grid, shape, reach, |column, row| {
-        visited.push((column, row));
-        false
-    });
+    shape.for_each_touched(set, grid, |cell| visited.push((cell.column, cell.row)));
     visited
+}
+
+/// The cells of every `thinned_by`-th kind.
+fn some_cells(grid: &Grid, thinned_by: usize) -> Vec<(usize, usize)> {
+    all_cells(grid).into_iter().filter(|&(c, r)| (c + 3 * r).is_multiple_of(thinned_by)).collect()
+}
+
+fn set_of(grid: &Grid, cells: &[(usize, usize)]) -> CellSet {
+    let mut set = CellSet::empty(grid);
+    for &(column, row) in cells {
+        assert!(set.insert(grid.cell_at(grid.centre(column, row))));
+        assert!(!set.insert(grid.cell_at(grid.centre(column, row))));
+    }
+    set
 }
 
 proptest! {
@@ -108,8 +119,7 @@ proptest! {
 
     #[test]
     fn no_cell_is_lost_whose_centre_lies_in_a_shape((grid, shape, _) in grids_and_shapes()) {
-        let visited: BTreeSet<_> =
-            reached(&grid, &CellSet::full(&grid), &shape, Reach::Centre).into_iter().collect();
+        let visited: BTreeSet<_> = touched(&grid, &CellSet::full(&grid), &shape).into_iter().collect();
         for (column, row) in all_cells(&grid) {
             let is_inside = shape.contains(grid.centre(column, row));
             prop_assert!(!is_inside || visited.contains(&(column, row)), "{column}, {row}");
@@ -121,20 +131,42 @@ proptest! {
         let (length_m, width_m) = grid.size_m();
         if (0.0..=length_m).contains(&point.x) && (0.0..=width_m).contains(&point.y) {
             let cell = grid.cell_of(point);
-            let visited = reached(&grid, &CellSet::full(&grid), &shape, Reach::Touch);
+            let visited = touched(&grid, &CellSet::full(&grid), &shape);
             prop_assert!(visited.contains(&cell), "{cell:?} holds {point}");
         }
     }
 
     #[test]
-    fn every_cell_is_visited_once_rows_upwards_columns_ascending(
-        (grid, shape, _) in grids_and_shapes(), is_touch in any::<bool>(),
+    fn every_cell_of_the_set_is_visited_at_most_once_and_no_other(
+        (grid, shape, _) in grids_and_shapes(), thinned_by in 1..7_usize,
     ) {
-        let reach = if is_touch { Reach::Touch } else { Reach::Centre };
-        let visited = reached(&grid, &CellSet::full(&grid), &shape, reach);
-        let is_before = |a: &(usize, usize), b: &(usize, usize)| (a.1, a.0) < (b.1, b.0);
-        prop_assert!(visited.windows(2).all(|pair| is_before(&pair[0], &pair[1])), "{visited:?}");
+        let visited = touched(&grid, &CellSet::full(&grid), &shape);
+        let all: BTreeSet<_> = visited.iter().copied().collect();
+        prop_assert_eq!(all.len(), visited.len());
         prop_assert!(visited.iter().all(|&(c, r)| c < grid.columns() && r < grid.rows()));
+        let members: BTreeSet<_> = some_cells(&grid, thinned_by).into_iter().collect();
+        let set = set_of(&grid, &some_cells(&grid, thinned_by));
+        let some: BTreeSet<_> = touched(&grid, &set, &shape).into_iter().collect();
+        prop_assert_eq!(some, all.intersection(&members).copied().collect());
+    }
+
+    #[test]
+    fn the_cells_of_a_rectangle_are_those_of_its_columns_and_rows(
+        grid in grids(), thinned_by in 1..7_usize, corners in prop::array::uniform4(0.0..=1.0),
+    ) {
+        let range = |a: f64, b: f64, cells: usize| {
+            let at = |share: f64| (share * cells as f64) as usize;
+            at(a.min(b))..at(a.max(b)).max(at(a.min(b)) + 1).min(cells)
+        };
+        let [a, b, c, d] = corners;
+        let (columns, rows) = (range(a, b, grid.columns()), range(c, d, grid.rows()));
+        let members = some_cells(&grid, thinned_by);
+        let mut visited = BTreeSet::new();
+        set_of(&grid, &members).for_each_in(&grid, columns.clone(), rows.clone(), |cell| {
+            assert!(visited.insert((cell.column, cell.row)), "{cell:?} twice");
+        });
+        let is_in = |&(c, r): &(usize, usize)| columns.contains(&c) && rows.contains(&r);
+        prop_assert_eq!(visited, members.into_iter().filter(is_in).collect());
     }
 
     /// Removing what lies in a shape leaves the rest, and as many as were counted.
@@ -142,19 +174,16 @@ proptest! {
     fn removed_cells_are_gone_the_others_stay_and_the_count_is_right(
         (grid, shape, _) in grids_and_shapes(), thinned_by in 1..5_usize,
     ) {
-        let mut set = CellSet::empty(&grid);
-        let members: Vec<_> =
-            all_cells(&grid).into_iter().filter(|&(c, r)| (c + 3 * r).is_multiple_of(thinned_by)).collect();
-        for &(column, row) in &members {
-            set.insert(&grid, column, row);
-            set.insert(&grid, column, row);
-        }
+        let members = some_cells(&grid, thinned_by);
+        let mut set = set_of(&grid, &members);
         prop_assert_eq!(set.len(), members.len());
-        let is_in_shape = |column, row| shape.contains(grid.centre(column, row));
-        let removed = set.remove_where(&grid, &shape, Reach::Centre, is_in_shape);
         let (inside, outside): (Vec<(usize, usize)>, Vec<_>) =
-            members.iter().partition(|&&(c, r)| is_in_shape(c, r));
-        prop_assert_eq!(removed, inside.len());
+            members.iter().partition(|&&(c, r)| shape.contains(grid.centre(c, r)));
+        for (column, row) in inside {
+            let cell = grid.cell_at(grid.centre(column, row));
+            prop_assert!(set.remove(cell));
+            prop_assert!(!set.remove(cell));
+        }
         prop_assert_eq!(set.len(), outside.len());
         prop_assert_eq!(set.is_empty(), outside.is_empty());
         let left: Vec<_> =
@@ -163,22 +192,8 @@ proptest! {
     }
 
     #[test]
-    fn only_cells_of_the_set_are_visited((grid, shape, _) in grids_and_shapes(), keep in 1..7_usize) {
-        let mut set = CellSet::empty(&grid);
-        for (column, row) in all_cells(&grid) {
-            if (5 * column + row).is_multiple_of(keep) {
-                set.insert(&grid, column, row);
-            }
-        }
-        let of_all = reached(&grid, &CellSet::full(&grid), &shape, Reach::Touch);
-        let expected: Vec<_> = of_all.into_iter().filter(|&(c, r)| set.contains(&grid, c, r)).collect();
-        prop_assert_eq!(reached(&grid, &set, &shape, Reach::Touch), expected);
-    }
-
-    #[test]
-    fn a_set_comes_back_from_its_words((grid, shape, _) in grids_and_shapes()) {
-        let mut set = CellSet::full(&grid);
-        set.remove_where(&grid, &shape, Reach::Touch, |column, row| (column + row).is_multiple_of(2));
+    fn a_set_comes_back_from_its_words(grid in grids(), thinned_by in 1..7_usize) {
+        let set = set_of(&grid, &some_cells(&grid, thinned_by));
         let words = set.words().to_vec();
         let back = CellSet::from_words(&grid, words.clone());
         prop_assert_eq!(back.as_ref(), Some(&set));
@@ -200,7 +215,7 @@ fn a_bit_outside_the_grid_makes_no_set() {
         words[last] = u64::MAX;
         assert_eq!(CellSet::from_words(&grid, words), None, "{columns} columns");
     }
-    assert!(CellSet::from_words(&Grid::new(64.0, 1.0), vec![u64::MAX]).is_some());
+    assert!(CellSet::from_words(&Grid::new(8.0, 8.0), vec![u64::MAX]).is_some());
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The detection triangle holds what lies between its three corners, borders included, wherever the mower stands.
 
 use proptest::prelude::*;
-use swath_core::geometry::{Footprint, Point, Triangle};
+use swath_core::geometry::{Frame, Point, Triangle};
 use swath_tests::cases::cases;
 use swath_tests::oracle::{Verdict, in_triangle};
 use swath_tests::scene::poses;
@@ -24,7 +24,7 @@ proptest! {
         pose in poses(50.0), (range_m, width_m) in sizes(), (ahead, left) in shares(),
     ) {
         let point = pose.world_from_mower() * Point::new(ahead * range_m, 0.5 * left * width_m);
-        let is_inside = Triangle::new(pose, range_m, width_m).contains(point);
+        let is_inside = Triangle::new(range_m, width_m).contains(&Frame::from(pose), point);
         match in_triangle(pose, range_m, width_m, point) {
             Verdict::Inside => prop_assert!(is_inside, "{point} is inside"),
             Verdict::Outside => prop_assert!(!is_inside, "{point} is outside"),
@@ -36,7 +36,7 @@ proptest! {
     fn points_on_its_sides_are_inside(
         pose in poses(50.0), (range_m, width_m) in sizes(), along in 0.0..=1.0_f64,
     ) {
-        let triangle = Triangle::new(pose, range_m, width_m);
+        let (triangle, from) = (Triangle::new(range_m, width_m), Frame::from(pose));
         let half_m = 0.5 * width_m;
         for (ahead, left) in [
             (along * range_m, along * half_m),
@@ -44,7 +44,7 @@ proptest! {
             (range_m, (2.0 * along - 1.0) * half_m),
         ] {
             let point = pose.world_from_mower() * Point::new(ahead, left);
-            prop_assert!(triangle.contains(point), "{ahead} m ahead, {left} m to the left");
+            prop_assert!(triangle.contains(&from, point), "{ahead} m ahead, {left} m to the left");
         }
     }
 
@@ -57,8 +57,8 @@ proptest! {
         let here = pose.world_from_mower() * in_mower;
         prop_assume!(in_triangle(pose, range_m, width_m, here) != Verdict::Border);
         prop_assert_eq!(
-            Triangle::new(pose, range_m, width_m).contains(here),
-            Triangle::new(to, range_m, width_m).contains(to.world_from_mower() * in_mower)
+            Triangle::new(range_m, width_m).contains(&Frame::from(pose), here),
+            Triangle::new(range_m, width_m).contains(&Frame::from(to), to.world_from_mower() * in_mower)
         );
     }
 }

@@ -98,9 +98,9 @@ proptest! {
         prop_assert_eq!(view.weeds_detected as usize, detected.len());
     }
 
-    /// A ray looks at every metre of the ground from where it starts, wherever that is; beside the pasture there is nothing.
+    /// A ray ends where it first meets an unseen cell, wherever it starts; beside the pasture there is nothing to see.
     #[test]
-    fn the_range_to_unseen_ground_is_the_first_metre_that_is_not_seen(
+    fn the_range_to_unseen_ground_is_where_the_first_unseen_cell_is_entered(
         scene in scenes(), beside in (-30.0..30.0, -30.0..30.0),
         bearing_rad in prop_oneof![(-4..4_i32).prop_map(|q| f64::from(q) * FRAC_PI_2), -7.0..7.0],
         cap_m in 0.5..90.0,
@@ -108,25 +108,39 @@ proptest! {
         let env = scene.driven();
         let ground = env.view().ground;
         let grid = ground.grid();
-        let (length_m, width_m) = grid.size_m();
         let end = env.view().pose.position();
         for origin in [end, Point::new(end.x + beside.0, end.y + beside.1)] {
             let (sin, cos) = bearing_rad.sin_cos();
-            let at = |metres: u32| {
-                let s = f64::from(metres);
-                Point::new(origin.x + s * cos, origin.y + s * sin)
+            // Each unseen cell as a box, grown or shrunk by a hair, since a ray along a border may take either side.
+            let expected_m = |grown_m: f64| {
+                let (side_x_m, side_y_m) = grid.cell_m();
+                let cells = (0..grid.rows()).flat_map(|r| (0..grid.columns()).map(move |c| (c, r)));
+                let unseen = cells.filter(|&(column, row)| !ground.is_seen(column, row));
+                let entries = unseen.filter_map(|(column, row)| {
+                    let centre = grid.centre(column, row);
+                    let strip = |from: f64, slope: f64, middle: f64, side_m: f64| {
+                        let half_m = 0.5 * side_m + grown_m;
+                        let (a, b) = (middle - half_m - from, middle + half_m - from);
+                        if slope.abs() < 1e-15 {
+                            let is_in = a <= 0.0 && b >= 0.0;
+                            return if is_in { (0.0, f64::INFINITY) } else { (1.0, 0.0) };
+                        }
+                        ((a / slope).min(b / slope), (a / slope).max(b / slope))
+                    };
+                    let x = strip(origin.x, cos, centre.x, side_x_m);
+                    let y = strip(origin.y, sin, centre.y, side_y_m);
+                    let (enter_m, leave_m) = (x.0.max(y.0).max(0.0), x.1.min(y.1));
+                    (enter_m <= leave_m).then_some(enter_m)
+                });
+                entries.fold(cap_m, f64::min)
             };
-            let is_unseen = |metres: &u32| {
-                let point = at(*metres);
-                let is_on_pasture =
-                    (0.0..=length_m).contains(&point.x) && (0.0..=width_m).contains(&point.y);
-                let (column, row) = grid.cell_of(point);
-                is_on_pasture && !ground.is_seen(column, row)
-            };
-            let metres = (0..100).take_while(|&s| f64::from(s) < cap_m).find(is_unseen);
-            let expected_m = metres.map_or(cap_m, f64::from);
-            let range_m = ground.range_to_unseen(origin, bearing_rad, cap_m);
-            prop_assert!((range_m - expected_m).abs() < 1e-9, "{range_m} m, not {expected_m} m");
+            let (lowest_m, highest_m) = (expected_m(1e-9), expected_m(-1e-9));
+            let mut ranges_m = Vec::new();
+            let directions = [(cos, sin)].into_iter();
+            ground.ranges_to_unseen(origin, directions, cap_m, |range_m| ranges_m.push(range_m));
+            let range_m = ranges_m[0];
+            let is_right = lowest_m - 1e-6 <= range_m && range_m <= highest_m + 1e-6;
+            prop_assert!(is_right, "{range_m} m, not {lowest_m} to {highest_m} m");
         }
     }
 

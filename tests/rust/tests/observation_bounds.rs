@@ -142,7 +142,7 @@ fn an_observation_can_be_made_before_the_first_reset() {
 }
 
 /// From the middle of the default pasture 3 m ahead, at (53, 20): the seen ground ends 12 m ahead with column 64, 2 m to the
-/// left with row 21, and 4 m behind where the drive began. The weeds: 5 m ahead and 1 m to the left, 9 m ahead and 2 m to
+/// left with row 21, and 3 m behind where the drive began. The weeds: 5 m ahead and 1 m to the left, 9 m ahead and 2 m to
 /// the right, and one behind, which nobody has seen.
 #[test]
 #[expect(clippy::cast_possible_truncation, reason = "observations are float32 by contract")]
@@ -174,7 +174,7 @@ fn an_observation_worked_out_by_hand() {
         (15, 0.0),
         (31, 12.0 / 48.0),
         (33, 2.0 / 48.0),
-        (35, 4.0 / 48.0),
+        (35, 3.0 / 48.0),
     ] {
         let value = observation.features[index];
         assert!(
