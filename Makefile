@@ -145,6 +145,21 @@ ci: lint test test-gymnasium-oldest bench-count docs demo ## everything that .ci
 
 # Figures
 
+.PHONY: bench
+bench: build-release counted ## steps per CPU-second beside NumPy, CartPole and EnvPool: benchmarks/RESULTS.md; QUICK=1 tries it
+	$(call need,$(VENV),test)
+	@$(MAKE) --no-print-directory peer-cartpole || echo "CartPole of Gymnasium will not be compared"
+	@$(MAKE) --no-print-directory peer-envpool || echo "EnvPool will not be compared"
+	@mkdir -p out/bench
+	@if command -v valgrind >/dev/null; then python -m benchmarks.instructions $(COUNTED) --profile lap/features; \
+	else echo "not measured: valgrind is not installed"; fi >out/bench/profile.txt
+	python -m benchmarks.throughput --profile out/bench/profile.txt $(if $(QUICK),--quick)
+
+# Each peer in an environment of its own, so that what it needs decides nothing about swath.
+.PHONY: peer-cartpole peer-envpool
+peer-cartpole peer-envpool: peer-%: tools
+	$(call need,target/peers/$*,peer-$*)
+
 .PHONY: bench-episodes
 bench-episodes: build-release ## how long steps, episodes and the density sweep of the paper take
 	$(RELEASE) cargo bench --locked -p swath-benchmarks
