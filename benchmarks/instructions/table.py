@@ -50,7 +50,7 @@ def compare(counted: Sequence[Counted], committed: dict[str, int]) -> tuple[str,
         lines.append(f"{one.name:{width}}  {one.instructions:>12,}  {was or 0:>12,}  {change:>8}  {one.unit}")
         if was is None:
             problems.append(f"{one.name} is not in the table")
-        elif abs(one.instructions / was - 1) > BAND:
+        elif abs(one.instructions - was) > BAND * was:
             problems.append(f"{one.name}: {change} is outside of the band of {100 * BAND:.0f} % either way")
     gone = sorted(set(committed) - {one.name for one in counted})
     problems += [f"{name} is in the table, but there is no such program" for name in gone]

@@ -24,6 +24,7 @@ from swath.progress import Progress
 
 ROOT = Path(__file__).resolve().parent.parent
 OUT = Path("out/bench")
+WARM_UP = Limits(0.02, 0.2)
 
 
 def main() -> None:
@@ -35,7 +36,7 @@ def main() -> None:
 
     # One thread in whatever computes with arrays; the children inherit it.
     os.environ["OMP_NUM_THREADS"] = "1"
-    rounds, limits = (2, Limits(0.02, 0.2)) if arguments.quick else (5, Limits(0.3, 4.0))
+    rounds, limits = (2, WARM_UP) if arguments.quick else (5, Limits(0.3, 4.0))
     figures = measure(cases(), rounds, limits)
     folder = OUT if arguments.quick else ROOT
     profile = arguments.profile.read_text() if arguments.profile else None
@@ -60,7 +61,7 @@ def measure(wanted: list[Case], rounds: int, limits: Limits) -> Figures:
         for number in range(rounds + 1):
             for case in wanted:
                 if case not in figures.missing:
-                    run = sides[case.side].measure(case, limits)
+                    run = sides[case.side].measure(case, limits if number > 0 else WARM_UP)
                     if isinstance(run, str):
                         figures.missing[case] = run
                     elif number > 0:

@@ -1,7 +1,7 @@
-"""The mower routing problem in NumPy: what a careful Python user would write, as a yardstick for `swath/MowerRouting-v0`.
+"""The mower routing problem in NumPy: what a careful Python user would write, as a yardstick for swath.
 
-Like swath: the motion on exact arcs, the swept bar, the looks at every 0.2 m of path, the triangle, the reward, the
-eight nearest known weeds, the budget and the headland, all in float64.
+Like `swath/MowerRouting-v0`: the motion on exact arcs, the swept bar, the looks at every 0.2 m of path, the triangle,
+the reward, the eight nearest known weeds, the budget and the headland, all in float64.
 Left out: the seen ground, and so its share and its eight rays in the observation (30 of 39 numbers are left), the goal,
 the charge for failures, the terms of the reward, snapshots, any other observation or action.
 What swath does beyond this makes its figures lower, not higher.
@@ -35,8 +35,8 @@ _LOOKS_M = np.array([[0.2, 0.4, np.nan], [0.1, 0.3, 0.5]])
 _TOLERANCE_M = 1e-6
 
 
-class NumpyMowerRoutingVectorEnv(VectorEnv[Observations, Floats, npt.NDArray[np.float32]]):
-    """A batch of pastures of 100 x 40 m with the same number of weeds; `gym.make_vec` style, autoreset in the next step.
+class NumpyMowerRoutingVectorEnv(VectorEnv[Observations, npt.NDArray[np.float32], npt.NDArray[Any]]):
+    """A batch of pastures of 100 x 40 m with the same number of weeds; episodes begin anew in the next step.
 
     Observation: (num_envs, 30) float32: x, y, cosine, sine, budget left, share of known weeds, and for each of the
     nearest known weeds forward, left and 1. Action: (num_envs, 1) float32, curvature over 1/R.
@@ -69,7 +69,12 @@ class NumpyMowerRoutingVectorEnv(VectorEnv[Observations, Floats, npt.NDArray[np.
     def reset(
         self, *, seed: int | list[int | None] | None = None, options: Mapping[str, Any] | None = None
     ) -> tuple[Observations, dict[str, Any]]:
-        """Begins an episode in every row; `options={"weeds": array (num_envs, weeds, 2)}` places the weeds, in metres."""
+        """Begins an episode in every row.
+
+        Args:
+            seed: For the weeds that are drawn.
+            options: `{"weeds": array (num_envs, weeds, 2)}` places them instead, in metres.
+        """
         super().reset(seed=seed if isinstance(seed, int) else None)
         self._begin(np.arange(self.num_envs), (options or {}).get("weeds"))
         return self._observations.copy(), {}
@@ -80,7 +85,6 @@ class NumpyMowerRoutingVectorEnv(VectorEnv[Observations, Floats, npt.NDArray[np.
         rewards = np.empty(self.num_envs)
         for block in self._blocks:
             rewards[block] = self._drive(block, curvature[block]) - STEP_M
-        self._steps += 1
         x, y = self._pose[:, 0], self._pose[:, 1]
         terminated = (np.abs(x - 0.5 * LENGTH_M) > 0.5 * LENGTH_M + HEADLAND_M) | (
             np.abs(y - 0.5 * WIDTH_M) > 0.5 * WIDTH_M + HEADLAND_M
@@ -131,6 +135,7 @@ class NumpyMowerRoutingVectorEnv(VectorEnv[Observations, Floats, npt.NDArray[np.
         pose[:, 0] += cosine * end[0] - sine * end[1]
         pose[:, 1] += sine * end[0] + cosine * end[1]
         pose[:, 2] += curvature * STEP_M
+        self._steps[block] += 1
         self._observe(block, ahead, aside)
         mowed: Floats = np.count_nonzero(swept, axis=1).astype(np.float64)
         return mowed

@@ -18,19 +18,25 @@ RESET = Case("swath", "reset")
 _BOTH = ["one environment, unwrapped", f"batch of {LARGEST}"]
 
 _METHOD = """\
-A figure is env steps per CPU-second: the steps of all environments together over the user and system time of the process
-and its threads. It is the median of the runs after one warm-up, with the lowest and the highest run in brackets.
+A figure is env steps per CPU-second: the steps of all environments together over the user and system time of the
+process and its threads.
+It is the median of the runs after one warm-up, with the lowest and the highest run in brackets.
 All cases run in turn, round by round; with one thread the process is pinned to one core.
 Actions are ready before the clock starts; resets are timed, the making of environments is not.
-swath and the NumPy batch drive the same tape: the first 4000 steps of laps of `snake` in `steer` on 16 pastures, row i of
-a batch on pasture i modulo 16. A run drives whole laps, and is broken off within a lap after 4 CPU-seconds.
-With `target` each decision is the first choice that the mask allows, and the figure counts decisions.
+
+swath and the NumPy batch drive the same tape: laps of `snake` turned into `steer` on 16 pastures, at most 4000 steps of
+each; row i of a batch is on pasture i modulo 16.
+A run drives whole laps, for at least 0.3 CPU-seconds, and is broken off within a lap after 4.
+In `discrete` the lap is rounded to five curvatures, each step making up for the rounding of the steps before.
+In `target` each decision is the first choice that the mask allows, and the figure counts decisions.
+
 CartPole is driven with random actions; its steps that do nothing but reset are not counted.
-EnvPool steps on a thread of its own: it is measured pinned to one core and free to use two, and the better figure counts.
+EnvPool steps on a thread of its own: it is measured pinned to one core and free to use two, and the better counts.
 The NumPy batch (`benchmarks/throughput/numpy_env.py`) gives the same rewards, but keeps no seen ground: 30 of the 39
-numbers of an observation, no goal.
+numbers of an observation, and no goal.
 A rollout is 128 steps of PPO's own `collect_rollouts` with `MlpPolicy`, torch on one thread; the environment that does
 nothing returns the same arrays at every step.
+
 Every run is in `RESULTS.csv` beside this page.
 """
 
@@ -57,15 +63,13 @@ def text(figures: Figures, command: str, profile: str | None) -> str:
 def targets(figures: Figures) -> str:
     """What was promised, what was measured, and whether that is enough."""
     rows = [
-        _row("1024 environments, `features`, `steer`, 160 weeds: steps", 2e6, figures.median(BATCH)),
+        _row("batch of 1024, `features`, `steer`, 160 weeds: steps", 2e6, figures.median(BATCH)),
         _row("one environment, unwrapped: steps", 3e5, figures.median(SINGLE)),
-        _row("1024 environments, `maps`: steps", 4e4, figures.median(MAPS)),
+        _row("batch of 1024, `maps`: steps", 4e4, figures.median(MAPS)),
     ]
     for ours in _batches():
         envpool = figures.median(_envpool(figures, ours.num_envs))
-        rows.append(
-            _row(f"{ours.num_envs} environments: steps, above EnvPool's CartPole", envpool, figures.median(ours))
-        )
+        rows.append(_row(f"batch of {ours.num_envs}: steps, EnvPool's CartPole", envpool, figures.median(ours)))
     null, rollout, resets = figures.median(NULL), figures.median(ROLLOUT), figures.median(RESET)
     share = 100 * rollout / null if rollout and null else None
     rows.append(_row("SB3 rollout of 64, % of an environment that does nothing", 90.0, share))
@@ -111,7 +115,7 @@ def _side_by_side(figures: Figures) -> str:
             Case("cartpole", "SyncVectorEnv", num_envs),
             Case("cartpole", "vector_entry_point", num_envs),
         ]
-        cells = [f"{figures.cell(other)}: {figures.ratio(ours, other)}" for other in others]
+        cells = [f"{figures.cell(other)}<br>{figures.ratio(ours, other)}" for other in others]
         rows.append([str(num_envs), figures.cell(ours), *cells])
     head = [
         "environments",
@@ -121,7 +125,7 @@ def _side_by_side(figures: Figures) -> str:
         "SyncVectorEnv CartPole",
         "Gymnasium's CartPole batch",
     ]
-    about = "`make_vec`, `features`, `steer`, 160 weeds; behind each colon, how many times as fast swath is."
+    about = "`make_vec`, `features`, `steer`, 160 weeds; below each figure, how many times as fast swath is."
     return f"{about}\n\n{_table(head, rows)}"
 
 
@@ -130,7 +134,7 @@ def _one(figures: Figures) -> str:
     rows = [
         ["swath, unwrapped", figures.cell(SINGLE)],
         ["swath, `gym.make`", figures.cell(made)],
-        ["CartPole, `gym.make`", f"{figures.cell(peer)}: swath is {figures.ratio(made, peer)} times as fast"],
+        ["CartPole, `gym.make`", f"{figures.cell(peer)}<br>{figures.ratio(made, peer)}"],
     ]
     return _table(["", "steps"], rows)
 
@@ -163,7 +167,7 @@ def _threads(figures: Figures) -> str:
     for plain in _batches():
         for case in (plain, replace(plain, threads=2), replace(plain, copy=False)):
             if case in figures.runs:
-                name = f"{case.num_envs} environments, {case.threads} thread(s){'' if case.copy else ', `copy=False`'}"
+                name = f"batch of {case.num_envs}, threads: {case.threads}{'' if case.copy else ', `copy=False`'}"
                 rows.append([name, figures.cell(case), figures.cell(case, by_wall=True)])
     return _table(["`make_vec`", "steps per CPU-second", "steps per second that passed"], rows)
 

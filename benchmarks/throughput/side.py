@@ -8,7 +8,7 @@ import sys
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from benchmarks.throughput.case import Case
 
@@ -84,12 +84,12 @@ class Side:
         self._process.stdin.write(json.dumps({**asdict(case), **asdict(limits)}) + "\n")
         self._process.stdin.flush()
         answer = self._answer()
-        return self.missing or answer.get("error") or Run(**answer)
+        return self.missing or answer.get("error") or Run(answer["steps"], answer["cpu_s"], answer["wall_s"])
 
-    def _answer(self) -> dict[str, str]:
+    def _answer(self) -> dict[str, Any]:
         line = self._process.stdout.readline() if self._process and self._process.stdout else ""
         if not line:
             self.missing = "its process broke off"
             return {}
-        answer: dict[str, str] = json.loads(line)
+        answer: dict[str, Any] = json.loads(line)
         return answer

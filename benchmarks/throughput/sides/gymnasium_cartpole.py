@@ -22,7 +22,7 @@ def measure(case: dict[str, Any]) -> Run:
     vec = gym.make_vec(ENV_ID, num_envs=num_envs, vectorization_mode=mode)
     actions = list(generator.integers(0, 2, (200, num_envs)))
     vec.reset(seed=0)
-    live_steps(vec.step, actions[:50], num_envs, 1e-9)
+    live_steps(vec.step, actions[:50], num_envs, 0.0)
     run = live_steps(vec.step, actions, num_envs, enough_s)
     vec.close()
     return run

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 import torch
 from benchmarks.throughput.sides.worker import Run, serve
-from gymnasium.spaces import Box
+from gymnasium import Space
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv
 
@@ -19,38 +19,38 @@ from swath.throughput import ENV_ID
 _STEPS = 128
 
 
-class NullVecEnv(VecEnv):
+class NullVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is read as untyped
     """Returns the same arrays at every step: the speed that the learner would have if environments cost nothing."""
 
-    def __init__(self, num_envs: int, observation_space: Box, action_space: Box) -> None:
+    def __init__(self, num_envs: int, observation_space: Space[Any], action_space: Space[Any]) -> None:
         """Prepares what every step returns."""
         super().__init__(num_envs, observation_space, action_space)
-        self._observations = np.zeros((num_envs, *observation_space.shape), np.float32)
+        self._observations = np.zeros((num_envs, *(observation_space.shape or ())), np.float32)
         self._rewards, self._dones = np.zeros(num_envs, np.float32), np.zeros(num_envs, bool)
-        self._infos: list[dict[str, Any]] = [{} for _ in range(num_envs)]
+        self._infos: list[dict[str, object]] = [{} for _ in range(num_envs)]
 
-    def reset(self) -> Any:  # noqa: D102
+    def reset(self) -> object:  # noqa: D102
         return self._observations
 
-    def step_async(self, actions: Any) -> None:  # noqa: D102
+    def step_async(self, actions: object) -> None:  # noqa: D102
         pass
 
-    def step_wait(self) -> Any:  # noqa: D102
+    def step_wait(self) -> object:  # noqa: D102
         return self._observations, self._rewards, self._dones, self._infos
 
     def close(self) -> None:  # noqa: D102
         pass
 
-    def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:  # noqa: D102
+    def get_attr(self, attr_name: str, indices: object = None) -> list[object]:  # noqa: D102
         return [None] * self.num_envs
 
-    def set_attr(self, attr_name: str, value: Any, indices: Any = None) -> None:  # noqa: D102
+    def set_attr(self, attr_name: str, value: object, indices: object = None) -> None:  # noqa: D102
         pass
 
-    def env_method(self, method_name: str, *args: Any, indices: Any = None, **kwargs: Any) -> list[Any]:  # noqa: D102
+    def env_method(self, method_name: str, *args: object, indices: object = None, **kwargs: object) -> list[object]:  # noqa: D102
         return [None] * self.num_envs
 
-    def env_is_wrapped(self, wrapper_class: Any, indices: Any = None) -> Sequence[bool]:  # type: ignore[override] # noqa: D102
+    def env_is_wrapped(self, wrapper_class: object, indices: object = None) -> list[bool]:  # noqa: D102
         return [False] * self.num_envs
 
 
@@ -62,7 +62,7 @@ def measure(case: dict[str, Any]) -> Run:
         env = swath.MowerRoutingEnv()
         vec: Any = NullVecEnv(num_envs, env.observation_space, env.action_space)
     else:
-        vec = swath.sb3.make_vec_env(ENV_ID, num_envs=num_envs, weeds={"count": case["weeds"]})
+        vec = import_module("swath.sb3").make_vec_env(ENV_ID, num_envs=num_envs, weeds={"count": case["weeds"]})
     model = PPO("MlpPolicy", vec, n_steps=_STEPS, seed=0, device="cpu")
     _, callback = model._setup_learn(total_timesteps=10**9)
 

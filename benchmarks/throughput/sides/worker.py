@@ -48,11 +48,11 @@ def live_steps(step: Callable[[Any], Sequence[Any]], actions: Iterable[Any], num
         step: Makes one step; its third and fourth results are the flags of the ends.
         actions: The actions, driven again and again.
         num_envs: Environments in the batch.
-        enough_s: CPU time after which no further round of actions begins, seconds.
+        enough_s: CPU time after which no further round of actions begins, seconds; the first always does.
     """
-    flags = []
+    flags: list[tuple[Any, Any]] = []
     wall_s, cpu_s = time.perf_counter(), time.process_time()
-    while time.process_time() - cpu_s < enough_s:
+    while not flags or time.process_time() - cpu_s < enough_s:
         for action in actions:
             _, _, terminated, truncated, _ = step(action)
             flags.append((terminated, truncated))

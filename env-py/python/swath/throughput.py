@@ -5,7 +5,6 @@ The mowers repeat recorded actions, so that they are where mowers are in use, on
 
 from __future__ import annotations
 
-import statistics
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,7 +21,18 @@ if TYPE_CHECKING:
 
     from swath.scenario import Block
 
-__all__ = ["ENV_ID", "Run", "Tape", "drive", "median", "record", "replay_env", "replay_vec"]
+__all__ = [
+    "ENV_ID",
+    "Blocks",
+    "Replay",
+    "Run",
+    "Tape",
+    "drive",
+    "record",
+    "replay_env",
+    "replay_vec",
+    "share_inside",
+]
 
 ENV_ID = "swath/MowerRouting-v0"
 
@@ -95,7 +105,8 @@ def record(blocks: Blocks, *, pastures: int = PASTURES, steps: int = LAP_STEPS, 
     for one in seeds:
         env.reset(seed=one)
         agent = make_agent("snake")
-        actions, gains = [], []
+        actions: list[npt.NDArray[np.float32]] = []
+        gains: list[float] = []
         while len(actions) < steps and (action := agent.act(env)) is not None:
             _, reward, terminated, truncated, _ = env.step(action)
             if terminated or truncated:
@@ -108,7 +119,7 @@ def record(blocks: Blocks, *, pastures: int = PASTURES, steps: int = LAP_STEPS, 
     tape = np.array([lap[:shortest] for lap in laps], dtype=np.float32).swapaxes(0, 1)
     gained = np.array([gains[:shortest] for gains in rewards]).swapaxes(0, 1)
     scenario: dict[str, Any] = env.scenario.to_dict()  # type: ignore[attr-defined]
-    return Tape(seeds, tape, gained, _share_inside(tape[..., 0].astype(float), scenario))
+    return Tape(seeds, tape, gained, share_inside(tape[..., 0], scenario))
 
 
 def replay_env(env: gym.Env[Any, Any], tape: Tape, actions: Iterable[object] | None = None) -> Replay:
@@ -119,11 +130,17 @@ def replay_env(env: gym.Env[Any, Any], tape: Tape, actions: Iterable[object] | N
 
 
 def replay_vec(vec: gym.vector.VectorEnv[Any, Any, Any], tape: Tape, actions: npt.NDArray[Any] | None = None) -> Replay:
-    """Drives a tape in a batch, its pastures one after another; `actions` (steps, pastures, ...) stand for the tape's."""
+    """Drives a tape in a batch, row i on pasture i modulo their number.
+
+    Args:
+        vec: The batch.
+        tape: The tape.
+        actions: (steps, pastures, ...), what to do instead of the tape's actions.
+    """
     rows = tape.rows(vec.num_envs)
     seeds = [tape.seeds[row] for row in rows]
     lap = list((tape.actions if actions is None else actions)[:, rows])
-    return lambda: vec.reset(seed=seeds), vec.step, lap
+    return lambda: vec.reset(seed=seeds), vec.step, lap  # type: ignore[arg-type] # a list is allowed, and untyped
 
 
 def drive(replay: Replay, num_envs: int = 1, *, enough_s: float = 0.3, most_s: float = 4.0) -> Run:
@@ -132,15 +149,14 @@ def drive(replay: Replay, num_envs: int = 1, *, enough_s: float = 0.3, most_s: f
     Args:
         replay: What to drive.
         num_envs: Environments that a step moves.
-        enough_s: CPU time after which no further lap begins, seconds.
-        most_s: CPU time after which the lap is broken off, seconds.
+        enough_s: CPU time after which no further lap begins, seconds; the first lap always does.
+        most_s: CPU time after which a lap is broken off, seconds.
     """
     reset, step, lap = replay
     chunks = [lap[at : at + 50] for at in range(0, len(lap), 50)]
-    steps = 0
+    steps, spent_s = 0, 0.0
     wall_s, cpu_s = time.perf_counter(), time.process_time()
-    spent_s = 0.0
-    while spent_s < enough_s:
+    while steps == 0 or spent_s < enough_s:
         reset()
         for chunk in chunks:
             for action in chunk:
@@ -148,20 +164,20 @@ def drive(replay: Replay, num_envs: int = 1, *, enough_s: float = 0.3, most_s: f
             steps += len(chunk)
             spent_s = time.process_time() - cpu_s
             if spent_s > most_s:
-                break
+                return Run(steps * num_envs, spent_s, time.perf_counter() - wall_s)
     return Run(steps * num_envs, spent_s, time.perf_counter() - wall_s)
 
 
-def median(runs: Sequence[Run]) -> float:
-    """Steps per CPU-second of the middle run."""
-    return statistics.median(run.per_cpu_s for run in runs)
+def share_inside(steer: npt.NDArray[np.floating], scenario: Mapping[str, Any]) -> float:
+    """Share of the ends of steps that lie on the pasture.
 
-
-def _share_inside(steer: npt.NDArray[np.float64], scenario: dict[str, Any]) -> float:
-    """Share of the ends of steps that lie on the pasture, for mowers that start in the corner."""
+    Args:
+        steer: (steps, mowers), curvatures over 1/R.
+        scenario: Its blocks; the mower starts in the corner.
+    """
     mower, pasture = scenario["mower"], scenario["pasture"]
     step_m = mower["speed_mps"] * scenario["episode"]["control_period_s"]
-    turn_rad = steer / mower["turning_radius_m"] * step_m
+    turn_rad = steer.astype(np.float64) / mower["turning_radius_m"] * step_m
     heading_rad = np.cumsum(turn_rad, axis=0) - 0.5 * turn_rad
     chord_m = step_m * np.sinc(0.5 * turn_rad / np.pi)
     x_m = np.cumsum(chord_m * np.cos(heading_rad), axis=0)
