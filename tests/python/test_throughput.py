@@ -2,6 +2,7 @@
 
 import json
 import sys
+import time
 
 import gymnasium as gym
 import numpy as np
@@ -93,6 +94,19 @@ def test_a_lap_is_broken_off_when_its_time_is_up():
     taken = []
     run = drive((list, taken.append, range(1000)), enough_s=1e9, most_s=0.0)
     assert run.steps == len(taken) == 50
+
+
+def test_a_lap_that_is_broken_off_bears_its_share_of_its_reset(monkeypatch):
+    clock_s = [0.0]
+
+    def takes(duration_s):
+        clock_s[0] += duration_s
+
+    monkeypatch.setattr(time, "process_time", lambda: clock_s[0])
+    # A reset of 1 s and 1000 steps of 1 ms: 4.25 s are two laps of 2 s and a quarter.
+    run = drive((lambda: takes(1.0), lambda _: takes(0.001), range(1000)), enough_s=4.9, most_s=5.22)
+    assert run.steps == 2250
+    assert run.cpu_s == pytest.approx(2 * 2.0 + 0.25 * 2.0)
 
 
 def test_steps_that_only_reset_are_not_counted():

@@ -144,7 +144,7 @@ def replay_vec(vec: gym.vector.VectorEnv[Any, Any, Any], tape: Tape, actions: np
 
 
 def drive(replay: Replay, num_envs: int = 1, *, enough_s: float = 0.3, most_s: float = 4.0) -> Run:
-    """Drives laps and times them, resets included.
+    """Drives laps and times them, resets included; a lap that is broken off bears its share of its reset.
 
     Args:
         replay: What to drive.
@@ -156,16 +156,21 @@ def drive(replay: Replay, num_envs: int = 1, *, enough_s: float = 0.3, most_s: f
     chunks = [lap[at : at + 50] for at in range(0, len(lap), 50)]
     steps, spent_s = 0, 0.0
     wall_s, cpu_s = time.perf_counter(), time.process_time()
-    while steps == 0 or spent_s < enough_s:
+    while steps == 0 or spent_s < min(enough_s, most_s):
+        begin_s = time.process_time()
         reset()
+        reset_s = time.process_time() - begin_s
+        driven = 0
         for chunk in chunks:
             for action in chunk:
                 step(action)
-            steps += len(chunk)
+            driven += len(chunk)
             spent_s = time.process_time() - cpu_s
             if spent_s > most_s:
-                return Run(steps * num_envs, spent_s, time.perf_counter() - wall_s)
-    return Run(steps * num_envs, spent_s, time.perf_counter() - wall_s)
+                break
+        steps += driven
+        unearned_s = reset_s * (1 - driven / len(lap))
+    return Run(steps * num_envs, spent_s - unearned_s, time.perf_counter() - wall_s - unearned_s)
 
 
 def share_inside(steer: npt.NDArray[np.floating], scenario: Mapping[str, Any]) -> float:
