@@ -36,7 +36,7 @@ def main() -> None:
 
     # One thread in whatever computes with arrays; the children inherit it.
     os.environ["OMP_NUM_THREADS"] = "1"
-    rounds, limits = (2, WARM_UP) if arguments.quick else (5, Limits(0.3, 4.0))
+    rounds, limits = (2, WARM_UP) if arguments.quick else (5, Limits(0.3, 3.0))
     figures = measure(cases(), rounds, limits)
     folder = OUT if arguments.quick else ROOT
     profile = arguments.profile.read_text() if arguments.profile else None

@@ -26,7 +26,7 @@ Actions are ready before the clock starts; resets are timed, the making of envir
 
 swath and the NumPy batch drive the same tape: laps of `snake` turned into `steer` on 16 pastures, at most 4000 steps of
 each; row i of a batch is on pasture i modulo 16.
-A run drives whole laps, for at least 0.3 CPU-seconds; after 4 it is broken off, and the last lap then bears its share
+A run drives whole laps, for at least 0.3 CPU-seconds; after 3 it is broken off, and the last lap then bears its share
 of its reset.
 In `discrete` the lap is rounded to five curvatures, each step making up for the rounding of the steps before.
 In `target` each decision is the first choice that the mask allows, and the figure counts decisions.

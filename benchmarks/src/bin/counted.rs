@@ -8,7 +8,7 @@ use std::hint::black_box;
 use swath_agents::registry::{AGENTS, AgentSpec};
 use swath_agents::runner::run_summary;
 use swath_benchmarks::{SEED, begun, circle, on_known_ground, scenario, snake_lap};
-use swath_core::action::Action;
+use swath_core::action::{Action, ActionSpec};
 use swath_core::env::Env;
 
 /// What is counted, and how many times it is done.
@@ -30,6 +30,7 @@ fn programs() -> Vec<(String, &'static str, Prepare)> {
     add("known/10000-weeds", "step", Box::new(|| known_ground("weeds.count = 10000")));
     add("known/1000x400-m", "step", Box::new(|| known_ground(LARGE)));
     add("lap/features", "step", Box::new(|| lap("weeds.count = 160")));
+    add("choice/discrete", "step", Box::new(|| last_choice("action.kind = 'discrete'", 200)));
     add("reset/40-weeds", "reset", Box::new(|| reset("weeds.count = 40")));
     add("reset/160-weeds", "reset", Box::new(|| reset("weeds.count = 160")));
     add("snapshot/160-weeds", "round trip", Box::new(|| snapshot("weeds.count = 160")));
@@ -61,6 +62,19 @@ fn lap(toml: &str) -> Work {
         env.step(Action::Continuous(&action), observation.as_mut()).expect("the episode runs");
     };
     (lap.len(), Box::new(step))
+}
+
+/// Steps that always take the last choice of the action kind.
+fn last_choice(toml: &str, steps: usize) -> Work {
+    let (mut env, mut observation) = begun(&format!("episode.budget = inf\n{toml}"));
+    let ActionSpec::Discrete(choices) = env.decoder().spec() else {
+        panic!("the action kind has choices");
+    };
+    let last = i64::try_from(choices - 1).expect("choices are few");
+    let step = move || {
+        env.step(Action::Discrete(last), observation.as_mut()).expect("the episode runs");
+    };
+    (steps, Box::new(step))
 }
 
 /// Resets to one seed after another.
