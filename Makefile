@@ -141,15 +141,55 @@ docs: tools ## the Rust documentation, warnings denied
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
 
 .PHONY: ci
-ci: lint test test-gymnasium-oldest docs demo ## everything that .ci/run checks, up to the first failure
+ci: lint test test-gymnasium-oldest bench-count docs demo ## everything that .ci/run checks, up to the first failure
 
 # Figures
 
 .PHONY: bench
-bench: build-release ## how long steps, episodes and the density sweep of the paper take
+bench: build-release counted ## steps per CPU-second beside NumPy, CartPole and EnvPool: benchmarks/RESULTS.md; QUICK=1 tries it
+	$(call need,$(VENV),test)
+	@$(MAKE) --no-print-directory peer-cartpole || echo "CartPole of Gymnasium will not be compared"
+	@$(MAKE) --no-print-directory peer-envpool || echo "EnvPool will not be compared"
+	@mkdir -p out/bench
+	@if command -v valgrind >/dev/null; then python -m benchmarks.instructions $(COUNTED) --profile lap/features; \
+	else echo "not measured: valgrind is not installed"; fi >out/bench/profile.txt
+	python -m benchmarks.throughput --profile out/bench/profile.txt $(if $(QUICK),--quick)
+
+# Each peer in an environment of its own, so that what it needs decides nothing about swath.
+.PHONY: peer-cartpole peer-envpool
+peer-cartpole peer-envpool: peer-%: tools
+	$(call need,target/peers/$*,peer-$*)
+
+.PHONY: bench-episodes
+bench-episodes: build-release ## how long steps, episodes and the density sweep of the paper take
 	$(RELEASE) cargo bench --locked -p swath-benchmarks
 	rm -rf out/bench
 	time python -m swath evaluate table1 --only density --agents bcp,bcp-tsp,react,jump,snake,r-snake --instances 100 --out out/bench
+
+# The instruction set is the plain one, whatever RUSTFLAGS says: counts must be the same everywhere, and valgrind knows no AVX-512.
+COUNTED := target/release/counted
+.PHONY: counted
+counted: export RUSTFLAGS :=
+counted: tools
+	$(RELEASE) cargo build --quiet --locked --profile bench -p swath-benchmarks --bin counted
+
+.PHONY: bench-count
+bench-count: ## counts the instructions of steps and episodes against benchmarks/counts.txt; RENEW=1 writes that anew
+	@if ! command -v valgrind >/dev/null || [ "$$(uname -sm)" != "Linux x86_64" ]; then \
+	  echo "bench-count: SKIPPED, since it needs valgrind on Linux x86_64 (Debian: apt-get install valgrind)"; \
+	else \
+	  $(MAKE) --no-print-directory counted && python3 -m benchmarks.instructions $(COUNTED) $(if $(RENEW),--renew); \
+	fi
+
+.PHONY: profile
+profile: counted ## where the instructions of one counted program go: PROGRAM=lap/features
+	@python3 -m benchmarks.instructions $(COUNTED) --profile $(or $(PROGRAM),lap/features)
+
+.PHONY: valgrind
+valgrind: ## in CI: installs valgrind, which bench-count needs, from the system's packages
+	@command -v valgrind >/dev/null || [ -z "$(CI)" ] || ! command -v apt-get >/dev/null \
+	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends valgrind; } \
+	  || echo "valgrind could not be installed"
 
 .PHONY: paper
 paper: build-release ## the experiments of the paper run anew: docs/reproduce, its data and figures

@@ -5,15 +5,13 @@ use std::hint::black_box;
 use criterion::{Criterion, criterion_group, criterion_main};
 use swath_agents::registry::{AGENTS, AgentSpec};
 use swath_agents::runner::run_summary;
-use swath_core::config::Document;
+use swath_benchmarks::scenario;
 
 /// Instances that an iteration cycles through.
 const INSTANCES: u64 = 20;
 
 fn episodes(criterion: &mut Criterion) {
-    let mut document = Document::open("pasture").expect("the scenario is shipped");
-    document.overlay("[weeds]\ncount = 80".parse().expect("this is TOML"));
-    let scenario = document.scenario().expect("the shipped scenario is valid");
+    let scenario = scenario("pasture.headland_m = inf\nweeds.count = 80");
     let mut group = criterion.benchmark_group("episode of 80 weeds");
     group.sample_size(20);
     for entry in AGENTS {

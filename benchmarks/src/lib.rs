@@ -1,1 +1,66 @@
-//! Benchmarks of swath, run by `make bench`; the crate itself is empty.
+//! What the benchmarks of swath measure: fixed environments, and fixed actions for them.
+
+use swath_agents::agent::{Agent, Decision};
+use swath_agents::registry::AgentSpec;
+use swath_core::action::Action;
+use swath_core::config::{Document, ValidScenario};
+use swath_core::env::Env;
+use swath_core::observation::Observation;
+
+/// The seed of every fixed episode.
+pub const SEED: u64 = 7;
+
+/// Steps on the tightest circle after which nothing new is seen or mowed on the way round.
+const LAP_STEPS: usize = 60;
+
+/// The scenario with the defaults and the keys of `toml` over them.
+#[must_use]
+pub fn scenario(toml: &str) -> ValidScenario {
+    let mut document = Document::empty("benchmark");
+    document.overlay(toml.parse().expect("this is TOML"));
+    document.scenario().expect("the scenario is valid")
+}
+
+/// An environment at the beginning of an episode, and memory for one observation.
+#[must_use]
+pub fn begun(toml: &str) -> (Env, Observation) {
+    let mut env = Env::new(&scenario(toml));
+    env.reset(SEED);
+    let observation = env.observation_spec().rows(1);
+    (env, observation)
+}
+
+/// An environment whose mower has gone round a circle in the middle of the pasture until it knows all that it sees there.
+#[must_use]
+pub fn on_known_ground(toml: &str) -> (Env, Observation) {
+    let endless = "mower.start = 'centre'\nepisode.budget = inf\npasture.headland_m = inf";
+    let (mut env, mut observation) = begun(&format!("{endless}\n{toml}"));
+    for _ in 0..LAP_STEPS {
+        circle(&mut env, &mut observation);
+    }
+    (env, observation)
+}
+
+/// One step on the tightest circle.
+pub fn circle(env: &mut Env, observation: &mut Observation) {
+    env.step(Action::Continuous(&[1.0]), observation.as_mut()).expect("the episode runs");
+}
+
+/// The `steer` actions of one lap of `snake`, from the beginning of the episode until it stops or the episode ends.
+#[must_use]
+pub fn snake_lap(toml: &str) -> Vec<f32> {
+    let (mut env, mut observation) = begun(toml);
+    let snake: AgentSpec = "snake".parse().expect("the registry knows its names");
+    let mut agent: Box<dyn Agent> = snake.build_tracked(SEED);
+    agent.reset(&env.view());
+    let mut lap = Vec::new();
+    while let Decision::Drive(command) = agent.act(&env.view()) {
+        let action = env.decoder().encode(command).expect("`steer` has numbers");
+        let step = env.step(Action::Continuous(&action), observation.as_mut());
+        lap.push(action[0]);
+        if step.expect("the episode runs").end != swath_core::episode::End::Running {
+            break;
+        }
+    }
+    lap
+}

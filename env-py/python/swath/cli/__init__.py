@@ -14,6 +14,7 @@ import typer
 
 from swath import __version__
 from swath.cli.agents import agents
+from swath.cli.bench import bench
 from swath.cli.config import config
 from swath.cli.demo import demo
 from swath.cli.evaluate import evaluate
@@ -26,7 +27,7 @@ __all__ = ["app", "main"]
 _BAD_INPUT, _STOPPED = 2, 130
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-for command in (evaluate, run, config, agents, demo):
+for command in (evaluate, run, config, agents, demo, bench):
     app.command()(command)
 
 

@@ -1,0 +1,1 @@
+"""Counts instructions with callgrind: a gate that no busy machine disturbs, and a profile."""

@@ -1,0 +1,132 @@
+//! Programs whose instructions callgrind counts: `make bench-count` and `make profile` run them.
+//!
+//! `counted` lists them, and `counted NAME` runs one. Only what happens inside of [`swath_collects`] is counted.
+
+use std::env::args;
+use std::hint::black_box;
+
+use swath_agents::registry::{AGENTS, AgentSpec};
+use swath_agents::runner::run_summary;
+use swath_benchmarks::{SEED, begun, circle, on_known_ground, scenario, snake_lap};
+use swath_core::action::{Action, ActionSpec};
+use swath_core::env::Env;
+
+/// What is counted, and how many times it is done.
+type Work = (usize, Box<dyn FnMut()>);
+
+/// Makes everything ready for the work.
+type Prepare = Box<dyn Fn() -> Work>;
+
+/// Every program: its name, what one unit of its work is, and how it is prepared.
+fn programs() -> Vec<(String, &'static str, Prepare)> {
+    let mut programs: Vec<(String, &'static str, Prepare)> = Vec::new();
+    let mut add = |name: &str, unit: &'static str, prepare: Prepare| {
+        programs.push((name.to_owned(), unit, prepare));
+    };
+
+    add("known/40-weeds", "step", Box::new(|| known_ground("weeds.count = 40")));
+    add("known/160-weeds", "step", Box::new(|| known_ground("weeds.count = 160")));
+    add("known/640-weeds", "step", Box::new(|| known_ground("weeds.count = 640")));
+    add("known/10000-weeds", "step", Box::new(|| known_ground("weeds.count = 10000")));
+    add("known/1000x400-m", "step", Box::new(|| known_ground(LARGE)));
+    add("lap/features", "step", Box::new(|| lap("weeds.count = 160")));
+    add("choice/discrete", "step", Box::new(|| last_choice("action.kind = 'discrete'", 200)));
+    add("reset/40-weeds", "reset", Box::new(|| reset("weeds.count = 40")));
+    add("reset/160-weeds", "reset", Box::new(|| reset("weeds.count = 160")));
+    add("snapshot/160-weeds", "round trip", Box::new(|| snapshot("weeds.count = 160")));
+    for entry in AGENTS {
+        add(
+            &format!("episode/{}", entry.name),
+            "episode",
+            Box::new(|| episode(entry.name, "weeds.count = 40")),
+        );
+    }
+    programs
+}
+
+const LARGE: &str = "weeds.count = 160\npasture.length_m = 1000\npasture.width_m = 400";
+
+/// Steps round a circle on which nothing new is seen or mowed.
+fn known_ground(toml: &str) -> Work {
+    let (mut env, mut observation) = on_known_ground(toml);
+    (200, Box::new(move || circle(&mut env, &mut observation)))
+}
+
+/// Steps along a lap of `snake`, from the first to the last.
+fn lap(toml: &str) -> Work {
+    let lap = snake_lap(toml);
+    let (mut env, mut observation) = begun(toml);
+    let mut actions = lap.clone().into_iter();
+    let step = move || {
+        let action = [actions.next().expect("the lap is as long as the work")];
+        env.step(Action::Continuous(&action), observation.as_mut()).expect("the episode runs");
+    };
+    (lap.len(), Box::new(step))
+}
+
+/// Steps that always take the last choice of the action kind.
+fn last_choice(toml: &str, steps: usize) -> Work {
+    let (mut env, mut observation) = begun(&format!("episode.budget = inf\n{toml}"));
+    let ActionSpec::Discrete(choices) = env.decoder().spec() else {
+        panic!("the action kind has choices");
+    };
+    let last = i64::try_from(choices - 1).expect("choices are few");
+    let step = move || {
+        env.step(Action::Discrete(last), observation.as_mut()).expect("the episode runs");
+    };
+    (steps, Box::new(step))
+}
+
+/// Resets to one seed after another.
+fn reset(toml: &str) -> Work {
+    let mut env = Env::new(&scenario(toml));
+    let mut seeds = 0..;
+    env.reset(SEED);
+    (100, Box::new(move || env.reset(seeds.next().expect("seeds do not end"))))
+}
+
+/// Snapshots in the middle of a lap, each put back.
+fn snapshot(toml: &str) -> Work {
+    let lap = snake_lap(toml);
+    let (mut env, mut observation) = begun(toml);
+    for action in &lap[..lap.len() / 2] {
+        env.step(Action::Continuous(&[*action]), observation.as_mut()).expect("the episode runs");
+    }
+    (20, Box::new(move || env.restore(black_box(&env.snapshot())).expect("it is its own snapshot")))
+}
+
+/// An episode of an agent, run natively from reset to its own stop.
+fn episode(agent: &str, toml: &str) -> Work {
+    let scenario = scenario(&format!("pasture.headland_m = inf\n{toml}"));
+    let agent: AgentSpec = agent.parse().expect("the registry knows its names");
+    let run = move || {
+        black_box(run_summary(&scenario, &agent, SEED));
+    };
+    (1, Box::new(run))
+}
+
+/// The function in which callgrind counts, and nowhere else: nothing that it calls may bear its name.
+#[inline(never)]
+fn swath_collects(times: usize, work: &mut dyn FnMut()) {
+    for _ in 0..times {
+        work();
+    }
+}
+
+#[expect(clippy::print_stdout, reason = "this is a program")]
+fn main() {
+    let programs = programs();
+    let Some(wanted) = args().nth(1) else {
+        for (name, ..) in programs {
+            println!("{name}");
+        }
+        return;
+    };
+    let (_, unit, prepare) = programs
+        .into_iter()
+        .find(|(name, ..)| *name == wanted)
+        .expect("the name is one of those that are listed");
+    let (times, mut work) = prepare();
+    swath_collects(times, work.as_mut());
+    println!("{times}\t{unit}");
+}
