@@ -10,6 +10,8 @@ use swath_core::observation::Observation;
 /// The seed of every fixed episode.
 pub const SEED: u64 = 7;
 
+/// Steps once round a circle of four times the smallest radius.
+const WIDE_LAP_STEPS: usize = 101;
 /// Steps on the tightest circle after which nothing new is seen or mowed on the way round.
 const LAP_STEPS: usize = 60;
 
@@ -30,11 +32,18 @@ pub fn begun(toml: &str) -> (Env, Observation) {
     (env, observation)
 }
 
-/// An environment whose mower has gone round a circle in the middle of the pasture until it knows all that it sees there.
+/// An environment whose mower has looked round from two wide circles, and has gone round a tight one in the middle of the
+/// pasture until nothing is left to mow there: all that can be seen from it is known.
 #[must_use]
 pub fn on_known_ground(toml: &str) -> (Env, Observation) {
     let endless = "mower.start = 'centre'\nepisode.budget = inf\npasture.headland_m = inf";
     let (mut env, mut observation) = begun(&format!("{endless}\n{toml}"));
+    for curvature in [0.25, -0.25] {
+        for _ in 0..WIDE_LAP_STEPS {
+            let step = env.step(Action::Continuous(&[curvature]), observation.as_mut());
+            step.expect("the episode runs");
+        }
+    }
     for _ in 0..LAP_STEPS {
         circle(&mut env, &mut observation);
     }

@@ -4,7 +4,7 @@ use std::ops::Deref;
 
 use crate::geometry::Point;
 use crate::grid::{Cell, CellSet, Grid};
-use crate::math::floor_index;
+use crate::math::{floor_index, larger};
 
 /// A weed that was detected and not yet mowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -147,7 +147,11 @@ impl KnownWeeds {
                 self.list.iter().for_each(|&weed| found.offer(from, weed));
                 break;
             }
-            self.for_each_in_square(column, row, reach, |weed| found.offer(from, weed));
+            self.for_each_bucket(column, row, reach, |bucket| {
+                if bucket.nearest_m2(from) <= found.limit_m2 {
+                    self.for_each_in(bucket.cell, |weed| found.offer(from, weed));
+                }
+            });
             let gap_m = self.gap_m(from, column, row, reach);
             if gap_m == f64::INFINITY || (found.is_full() && gap_m * gap_m > found.limit_m2) {
                 break;
@@ -175,33 +179,59 @@ impl KnownWeeds {
         let side = |at_m: f64, side_m: f64, cell: usize, cells: usize| {
             let below_m = (cell > reach).then(|| at_m - side_m * (cell - reach) as f64);
             let end = cell + reach + 1;
-            let above_m = (end < cells).then(|| side_m * end as f64 - at_m);
+            let above_m = (end < cells).then_some(side_m * end as f64 - at_m);
             below_m.unwrap_or(f64::INFINITY).min(above_m.unwrap_or(f64::INFINITY)).max(0.0)
         };
         let x_m = side(from.x, side_x_m, column, self.grid.columns());
         x_m.min(side(from.y, side_y_m, row, self.grid.rows()))
     }
 
-    /// Calls `visit` with the weeds of the buckets at most `reach` columns and rows from the one given.
+    /// Calls `visit` with the buckets that hold weeds, at most `reach` columns and rows from the one given.
     #[inline]
-    fn for_each_in_square(
+    fn for_each_bucket(
         &self,
         column: usize,
         row: usize,
         reach: usize,
-        mut visit: impl FnMut(KnownWeed),
+        mut visit: impl FnMut(Bucket),
     ) {
         let end = |at: usize, cells: usize| (at + reach + 1).min(cells);
         let columns = column.saturating_sub(reach)..end(column, self.grid.columns());
         let rows = row.saturating_sub(reach)..end(row, self.grid.rows());
+        let (half_x_m, half_y_m) = (0.5 * self.grid.cell_m().0, 0.5 * self.grid.cell_m().1);
         self.occupied.for_each_in(&self.grid, columns, rows, |cell| {
-            let mut number = self.first[bucket(cell)];
-            while number != NONE {
-                let (position, next) = self.chain[number as usize];
-                visit(KnownWeed { number, position });
-                number = next;
-            }
+            let middle = self.grid.centre(cell.column, cell.row);
+            visit(Bucket { cell, middle, half_x_m, half_y_m });
         });
+    }
+
+    /// Calls `visit` with the weeds of a bucket that holds some.
+    #[inline]
+    fn for_each_in(&self, cell: Cell, mut visit: impl FnMut(KnownWeed)) {
+        let mut number = self.first[bucket(cell)];
+        while number != NONE {
+            let (position, next) = self.chain[number as usize];
+            visit(KnownWeed { number, position });
+            number = next;
+        }
+    }
+}
+
+/// The ground of a bucket.
+struct Bucket {
+    cell: Cell,
+    middle: Point,
+    half_x_m: f64,
+    half_y_m: f64,
+}
+
+impl Bucket {
+    /// Squared distance from a point to the nearest point of the bucket.
+    #[inline]
+    fn nearest_m2(&self, from: Point) -> f64 {
+        let x_m = larger((from.x - self.middle.x).abs() - self.half_x_m, 0.0);
+        let y_m = larger((from.y - self.middle.y).abs() - self.half_y_m, 0.0);
+        x_m * x_m + y_m * y_m
     }
 }
 

@@ -9,6 +9,7 @@ use swath_agents::registry::{AGENTS, AgentSpec};
 use swath_agents::runner::run_summary;
 use swath_benchmarks::{SEED, begun, circle, on_known_ground, scenario, snake_lap};
 use swath_core::action::{Action, ActionSpec};
+use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchOptions, StepMut};
 use swath_core::env::Env;
 
 /// What is counted, and how many times it is done.
@@ -30,6 +31,7 @@ fn programs() -> Vec<(String, &'static str, Prepare)> {
     add("known/10000-weeds", "step", Box::new(|| known_ground("weeds.count = 10000")));
     add("known/1000x400-m", "step", Box::new(|| known_ground(LARGE)));
     add("lap/features", "step", Box::new(|| lap("weeds.count = 160")));
+    add("batch/64", "step of 64", Box::new(|| batch("weeds.count = 160", 64)));
     add("choice/discrete", "step", Box::new(|| last_choice("action.kind = 'discrete'", 200)));
     add("reset/40-weeds", "reset", Box::new(|| reset("weeds.count = 40")));
     add("reset/160-weeds", "reset", Box::new(|| reset("weeds.count = 160")));
@@ -62,6 +64,32 @@ fn lap(toml: &str) -> Work {
         env.step(Action::Continuous(&action), observation.as_mut()).expect("the episode runs");
     };
     (lap.len(), Box::new(step))
+}
+
+/// Steps of a batch, in which every row drives the lap of the first.
+fn batch(toml: &str, rows: usize) -> Work {
+    let options = BatchOptions { rows, autoreset: Autoreset::NextStep, threads: 1 };
+    let mut batch = BatchEnv::new(&scenario(toml), options);
+    batch.reset(SEED);
+    let mut observation = begun(toml).0.observation_spec().rows(rows);
+    let (mut rewards, mut flags) = (vec![0.0; 4 * rows], vec![false; 3 * rows]);
+    let mut actions = snake_lap(toml).into_iter();
+    let step = move || {
+        let actions = vec![actions.next().expect("the lap is long enough"); rows];
+        let [reward, weed, path, failure] = columns(&mut rewards);
+        let [terminated, truncated, is_clipped] = columns(&mut flags);
+        let observation = observation.as_mut();
+        let out =
+            StepMut { observation, reward, terminated, truncated, weed, path, failure, is_clipped };
+        batch.step(Actions::Continuous(&actions), out).expect("the episodes run");
+    };
+    (500, Box::new(step))
+}
+
+/// A buffer cut into columns of the same length.
+fn columns<T, const N: usize>(buffer: &mut [T]) -> [&mut [T]; N] {
+    let mut columns = buffer.chunks_exact_mut(buffer.len() / N);
+    std::array::from_fn(|_| columns.next().expect("there are N of them"))
 }
 
 /// Steps that always take the last choice of the action kind.
