@@ -101,6 +101,12 @@ impl KnownWeeds {
         self.chain[before].1 = after;
     }
 
+    /// Whether the weed of that number is known and not yet mowed.
+    #[must_use]
+    pub fn holds(&self, number: u32) -> bool {
+        self.list.binary_search_by_key(&number, |weed| weed.number).is_ok()
+    }
+
     /// Writes the weeds nearest to `from` to `nearest` with their squared distances, nearest first, ties by order of detection; returns how many.
     pub fn nearest(&self, from: Point, nearest: &mut [(f64, KnownWeed)]) -> usize {
         let mut found = Nearest { places: nearest, count: 0 };

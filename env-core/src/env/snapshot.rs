@@ -125,6 +125,9 @@ impl Env {
         self.mower = Mower::restore(state.pose, state.path_m, state.looks);
         self.belief.restore(unseen, state.weed_of, &self.weeds);
         self.episode = state.episode;
+        if let Some(candidates) = &mut self.candidates {
+            candidates.reset();
+        }
         Ok(())
     }
 

@@ -8,10 +8,10 @@ use crate::math::{acos, atan2, sin_cos, wrap_to_tau};
 /// Angles this close below a full circle are rounding, not a circle.
 const PHANTOM_CIRCLE_RAD: f64 = 1e-9;
 /// A squared straight (in units of the radius) this little below zero is rounding: the arcs touch.
-const TOUCHING: f64 = 1e-9;
+pub(super) const TOUCHING: f64 = 1e-9;
 
 /// A straight this short (in radii) has no direction: the word is one arc.
-const ONE_ARC: f64 = 1e-9;
+pub(super) const ONE_ARC: f64 = 1e-9;
 
 /// A path that cannot be asked for.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -181,7 +181,7 @@ fn middle(cosine: f64) -> Option<f64> {
 }
 
 /// An arc in [0, 2 pi), phantom full circles removed.
-fn turn(angle_rad: f64) -> f64 {
+pub(super) fn turn(angle_rad: f64) -> f64 {
     let wrapped = wrap_to_tau(angle_rad);
     if wrapped > TAU - PHANTOM_CIRCLE_RAD { 0.0 } else { wrapped }
 }
@@ -189,10 +189,10 @@ fn turn(angle_rad: f64) -> f64 {
 /// A path of one Dubins word between two poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DubinsPath {
-    start: Pose,
-    word: Word,
-    radius_m: f64,
-    lengths_m: [f64; 3],
+    pub(super) start: Pose,
+    pub(super) word: Word,
+    pub(super) radius_m: f64,
+    pub(super) lengths_m: [f64; 3],
 }
 
 impl DubinsPath {

@@ -1,0 +1,326 @@
+//! Places to go to: what the action kind `target` chooses from.
+//!
+//! [`Candidates`] are made from a [`View`] and nothing else: the nearest known weeds, views of unseen ground, and the next
+//! piece of a search sweep. Each comes with a [`Way`] that the mower can drive.
+
+mod approach;
+mod tiles;
+mod way;
+
+pub use way::Way;
+
+use approach::{Approach, Headings, goal_of};
+use tiles::{Column, Tiles};
+
+use crate::config::ActionConfig;
+use crate::geometry::{Footprint, Point, Pose, Triangle};
+use crate::grid::Grid;
+use crate::known::KnownWeed;
+use crate::math::floor_index;
+use crate::mower::LOOK_SPACING_M;
+use crate::site::Site;
+use crate::view::View;
+
+/// What a cell that the sweep leaves behind unseen costs it, in metres of way.
+const SKIPPED_CELL_M: f64 = 0.2;
+/// A tile of which at least this share is unseen is swept along the middle of its band; others are looked at from anywhere.
+const SWEPT_SHARE: f64 = 0.5;
+/// At how many places a pass of the sweep may be joined, and how far they are apart, in ways to the far corner of a view.
+const JOINTS: usize = 9;
+const JOINT_SPACING: f64 = 0.25;
+/// How many more tiles than views are looked into, so that the cheapest ones are among them.
+const SPARE_TILES: usize = 3;
+
+/// What a candidate is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// To mow the known weed of this number.
+    Weed(u32),
+    /// To look at unseen ground.
+    View,
+    /// To go on with the search.
+    Search,
+}
+
+/// A place to go to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// What for.
+    pub purpose: Purpose,
+    /// How to get there.
+    pub way: Way,
+    /// The pose at the end of the shortest path; the way may go a little further, straight on.
+    pub goal: Pose,
+    /// Share of what the sensor will show at the end of the way that is not seen yet, 0 to 1.
+    pub unseen_share: f64,
+}
+
+/// The candidates of one moment, at fixed places: first the nearest known weeds, nearest first; then the views of unseen
+/// ground, cheapest first; last the search, which is always there.
+#[derive(Debug, Clone)]
+pub struct Candidates {
+    weeds: usize,
+    rows: Vec<Option<Candidate>>,
+    headings: Headings,
+    tiles: Tiles,
+    is_current: bool,
+    nearest: Vec<(f64, KnownWeed)>,
+    columns: Vec<Column>,
+    near_tiles: Vec<(f64, usize)>,
+    views: Vec<(f64, Way)>,
+}
+
+impl Candidates {
+    /// Room for the candidates of a site, none of them worked out yet.
+    #[must_use]
+    pub fn new(config: &ActionConfig, site: &Site, grid: Grid) -> Self {
+        let nobody = (0.0, KnownWeed { number: 0, position: Point::origin() });
+        Self {
+            weeds: config.weeds,
+            rows: vec![None; config.candidates()],
+            headings: Headings::new(),
+            tiles: Tiles::new(grid, site),
+            is_current: false,
+            nearest: vec![nobody; config.weeds],
+            columns: Vec::with_capacity(grid.columns()),
+            near_tiles: Vec::with_capacity(config.views + SPARE_TILES + 1),
+            views: Vec::with_capacity(config.views + SPARE_TILES + 1),
+        }
+    }
+
+    /// Forgets everything: the next view may be one of another episode.
+    pub fn reset(&mut self) {
+        self.tiles.reset();
+        self.is_current = false;
+    }
+
+    /// Says that the view has changed within the episode.
+    pub fn expire(&mut self) {
+        self.is_current = false;
+    }
+
+    /// Works the candidates out, unless that was done since [`Candidates::expire`].
+    pub fn refresh(&mut self, view: &View) {
+        if std::mem::replace(&mut self.is_current, true) {
+            return;
+        }
+        let headings = self.headings.clone();
+        let approach = Approach::new(view.pose, view.site, &headings);
+        self.rows.fill(None);
+        self.find_weeds(view, &approach);
+        self.find_views(view, &approach);
+        let last = self.rows.len() - 1;
+        self.rows[last] = Some(self.search(view, &approach));
+    }
+
+    /// The candidates by place; `None` where there is none.
+    #[must_use]
+    pub fn rows(&self) -> &[Option<Candidate>] {
+        &self.rows
+    }
+
+    /// The candidate at a place and whether it is the one that was asked for: where there is none, it is the search.
+    ///
+    /// # Panics
+    ///
+    /// Before the first [`Candidates::refresh`].
+    #[must_use]
+    pub fn chosen(&self, place: usize) -> (Candidate, bool) {
+        let search = self.rows.last().copied().flatten().expect("the candidates are worked out");
+        match self.rows.get(place) {
+            Some(Some(candidate)) => (*candidate, true),
+            _ => (search, false),
+        }
+    }
+
+    fn find_weeds(&mut self, view: &View, approach: &Approach) {
+        let found = view.known_weeds.nearest(view.pose.position(), &mut self.nearest);
+        for (row, (_, weed)) in self.rows.iter_mut().zip(&self.nearest[..found]) {
+            *row = approach
+                .weed(weed.position)
+                .map(|way| candidate(Purpose::Weed(weed.number), way, view));
+        }
+    }
+
+    fn find_views(&mut self, view: &View, approach: &Approach) {
+        let wanted = self.rows.len() - 1 - self.weeds;
+        if wanted == 0 || view.ground.unseen_count() == 0 {
+            return;
+        }
+        let Self { tiles, near_tiles, views, .. } = self;
+        let from = view.pose.position();
+        near_tiles.clear();
+        for tile in 0..tiles.len() {
+            if tiles.is_done(tile) {
+                continue;
+            }
+            let distance_m2 = tiles.distance_m2(tile, from);
+            let is_full = near_tiles.len() == wanted + SPARE_TILES;
+            if is_full && near_tiles.last().is_some_and(|last| last.0 <= distance_m2) {
+                continue;
+            }
+            if tiles.look_into(tile, view.ground, |_| ()).is_some() {
+                insert(near_tiles, (distance_m2, tile), wanted + SPARE_TILES);
+            }
+        }
+        views.clear();
+        for &(_, tile) in near_tiles.iter() {
+            let Some(unseen) = tiles.look_into(tile, view.ground, |_| ()) else { continue };
+            let cell = tiles.nearest_unseen(tile, view.ground, unseen.middle);
+            if let Some(way) = cell.and_then(|cell| approach.view(cell)) {
+                insert(views, (way.length_m(), way), wanted);
+            }
+        }
+        for (row, (_, way)) in self.rows[self.weeds..].iter_mut().zip(&self.views) {
+            *row = Some(candidate(Purpose::View, *way, view));
+        }
+    }
+
+    /// The way on with the search.
+    ///
+    /// While ground is unseen: the cheapest of the next passes of a boustrophedon sweep, as high as the sensor sees, where
+    /// unseen cells left behind cost something too; ground that lies about in small pieces is looked at from anywhere.
+    /// When all is seen: the cheapest weed in reach. Where there is no way within the fence, turning on the spot.
+    fn search(&mut self, view: &View, approach: &Approach) -> Candidate {
+        if view.ground.unseen_count() > 0
+            && let Some(way) = self.sweep(view, approach)
+        {
+            return candidate(Purpose::Search, way, view);
+        }
+        let weeds = self.rows[..self.weeds].iter().flatten();
+        let length_m = |candidate: &&Candidate| candidate.way.length_m();
+        match weeds.min_by(|a, b| length_m(a).total_cmp(&length_m(b))) {
+            Some(weed) => Candidate { purpose: Purpose::Search, ..*weed },
+            None => candidate(Purpose::Search, approach.pastime(), view),
+        }
+    }
+
+    fn sweep(&mut self, view: &View, approach: &Approach) -> Option<Way> {
+        let (site, from) = (view.site, view.pose.position());
+        let mut best: Option<(f64, Way)> = None;
+        let mut skipped_m = 0.0;
+        for tile in 0..self.tiles.len() {
+            let limit_m = best.as_ref().map_or(f64::INFINITY, |best| best.0);
+            if skipped_m >= limit_m {
+                break;
+            }
+            let columns = &mut self.columns;
+            columns.clear();
+            let found = self.tiles.look_into(tile, view.ground, |column| columns.push(column));
+            let Some(unseen) = found else { continue };
+            let is_swept = unseen.count as f64 >= SWEPT_SHARE * unseen.cells as f64;
+            let reached_m = self.tiles.distance_m2(tile, from).sqrt() - site.sensor_range_m;
+            if reached_m + skipped_m < limit_m {
+                let pass =
+                    if is_swept { self.pass(tile, limit_m - skipped_m, view, approach) } else { None };
+                let offer = pass.or_else(|| {
+                    let cell = self.tiles.nearest_unseen(tile, view.ground, unseen.middle)?;
+                    approach.view(cell).map(|way| (way.length_m(), way))
+                });
+                if let Some((cost_m, way)) = offer
+                    && cost_m + skipped_m < limit_m
+                {
+                    best = Some((cost_m + skipped_m, way));
+                }
+            }
+            skipped_m += SKIPPED_CELL_M * unseen.count as f64;
+        }
+        best.map(|(_, way)| way)
+    }
+
+    /// The cheapest pass through a tile along the middle of its band, with its cost; `self.columns` are those of the tile.
+    fn pass(
+        &self,
+        tile: usize,
+        mut limit_m: f64,
+        view: &View,
+        approach: &Approach,
+    ) -> Option<(f64, Way)> {
+        let site = view.site;
+        let (first, last) = (self.columns.first()?, self.columns.last()?);
+        // A cell so far from the line is seen from this far before it.
+        let before_m = |across_m: f64| {
+            across_m * 2.0 * site.sensor_range_m / site.sensor_width_m + LOOK_SPACING_M
+        };
+        let corner_m = before_m(self.tiles.reach_m(tile)).min(site.sensor_range_m);
+        let is_rightward = self.tiles.is_rightward(tile);
+        let y_m = self.tiles.middle_y_m(tile);
+        let mut best = None;
+        for joint in 0..JOINTS {
+            let join_m = first.along_m - corner_m * (1.0 - JOINT_SPACING * joint as f64);
+            let join_m = join_m.max(0.0);
+            let shows = |column: &Column| {
+                let ahead_m = column.along_m - join_m;
+                ahead_m <= site.sensor_range_m && ahead_m >= before_m(column.nearest_m)
+            };
+            if !self.columns.iter().any(shows) {
+                continue;
+            }
+            let missed: f64 = self
+                .columns
+                .iter()
+                .map(|column| {
+                    let shown = ((column.along_m - join_m) / corner_m).clamp(0.0, 1.0);
+                    column.unseen as f64 * (1.0 - shown)
+                })
+                .sum();
+            let missed_m = SKIPPED_CELL_M * missed;
+            let straight_m = (last.along_m - corner_m - join_m).max(LOOK_SPACING_M);
+            let goal = if is_rightward {
+                Pose::new(join_m, y_m, 0.0)
+            } else {
+                Pose::new(site.length_m - join_m, y_m, std::f64::consts::PI)
+            };
+            if let Some((way, length_m)) = approach.pass(goal, straight_m, limit_m - missed_m) {
+                limit_m = length_m + missed_m;
+                best = Some((limit_m, way));
+            }
+        }
+        best
+    }
+}
+
+/// A candidate, with what it will show.
+fn candidate(purpose: Purpose, way: Way, view: &View) -> Candidate {
+    let unseen_share = unseen_share(way.end(), view);
+    Candidate { purpose, way, goal: goal_of(&way), unseen_share }
+}
+
+/// Share of the detection triangle at a pose that is unseen ground, 0 to 1.
+fn unseen_share(pose: Pose, view: &View) -> f64 {
+    let (site, ground) = (view.site, view.ground);
+    if ground.unseen_count() == 0 {
+        return 0.0;
+    }
+    let triangle = Triangle::new(pose, site.sensor_range_m, site.sensor_width_m);
+    let grid = ground.grid();
+    let (length_m, width_m) = grid.size_m();
+    let (bottom_m, top_m) = triangle.y_range();
+    let cell_m2 = (length_m * width_m) / grid.cells() as f64;
+    let (_, first) = grid.cell_of(Point::new(0.0, bottom_m));
+    let (_, last) = grid.cell_of(Point::new(0.0, top_m));
+    let per_m = grid.columns() as f64 / length_m;
+    let mut unseen = 0;
+    for row in first..=last {
+        let y_m = grid.centre(0, row).y;
+        let at = |side: &crate::geometry::Side| side.x_at_0_m + side.slope * y_m;
+        let low_m = triangle.limits().lower.iter().map(at).fold(0.0, f64::max);
+        let high_m = triangle.limits().upper.iter().map(at).fold(length_m, f64::min);
+        let columns = floor_index(low_m * per_m + 0.5)..floor_index(high_m * per_m + 0.5);
+        if y_m < bottom_m || y_m > top_m {
+            continue;
+        }
+        unseen += columns.filter(|&column| !ground.is_seen(column, row)).count();
+    }
+    let triangle_m2 = 0.5 * site.sensor_range_m * site.sensor_width_m;
+    (unseen as f64 * cell_m2 / triangle_m2).min(1.0)
+}
+
+/// Puts an entry into a list that is sorted by its number and holds at most `most`; ties stay in the order of arrival.
+fn insert<T>(list: &mut Vec<(f64, T)>, entry: (f64, T), most: usize) {
+    let place = list.partition_point(|other| other.0 <= entry.0);
+    if place < most {
+        list.insert(place, entry);
+        list.truncate(most);
+    }
+}
