@@ -205,6 +205,19 @@ impl CellSet {
         self.words[row * grid.words_per_row + column / WORD] >> (column % WORD) & 1 == 1
     }
 
+    /// Which of the 64 columns from `first` on a row has in the set, lowest bit first; columns beyond the grid are not in it.
+    #[inline]
+    #[must_use]
+    pub fn bits_from(&self, grid: &Grid, first: usize, row: usize) -> u64 {
+        let words = &self.words[row * grid.words_per_row..(row + 1) * grid.words_per_row];
+        let (word, shift) = (first / WORD, first % WORD);
+        let low = words[word] >> shift;
+        match words.get(word + 1) {
+            Some(next) if shift > 0 => low | next << (WORD - shift),
+            _ => low,
+        }
+    }
+
     /// The word that holds a cell, and how many cells of the set come before it in that word.
     #[inline]
     #[must_use]

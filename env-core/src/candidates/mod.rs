@@ -9,14 +9,14 @@ mod way;
 
 pub use way::Way;
 
-use approach::{Approach, Headings, goal_of};
+use approach::{Approach, Headings};
 use tiles::{Column, Tiles};
 
 use crate::config::ActionConfig;
-use crate::geometry::{Footprint, Point, Pose, Triangle};
+use crate::geometry::{Footprint, Frame, Point, Pose, Side, Triangle, XLimits};
 use crate::grid::Grid;
 use crate::known::KnownWeed;
-use crate::math::floor_index;
+use crate::math::{floor_index, larger, smaller};
 use crate::mower::LOOK_SPACING_M;
 use crate::site::Site;
 use crate::view::View;
@@ -49,8 +49,6 @@ pub struct Candidate {
     pub purpose: Purpose,
     /// How to get there.
     pub way: Way,
-    /// The pose at the end of the shortest path; the way may go a little further, straight on.
-    pub goal: Pose,
     /// Share of what the sensor will show at the end of the way that is not seen yet, 0 to 1.
     pub unseen_share: f64,
 }
@@ -149,26 +147,27 @@ impl Candidates {
         }
         let Self { tiles, near_tiles, views, .. } = self;
         let from = view.pose.position();
-        near_tiles.clear();
-        for tile in 0..tiles.len() {
-            if tiles.is_done(tile) {
-                continue;
+        let most = wanted + SPARE_TILES;
+        // Tiles that turn out to be seen altogether make room for others.
+        loop {
+            near_tiles.clear();
+            for tile in (0..tiles.len()).filter(|&tile| !tiles.is_done(tile)) {
+                insert(near_tiles, (tiles.distance_m2(tile, from), tile), most);
             }
-            let distance_m2 = tiles.distance_m2(tile, from);
-            let is_full = near_tiles.len() == wanted + SPARE_TILES;
-            if is_full && near_tiles.last().is_some_and(|last| last.0 <= distance_m2) {
-                continue;
+            let mut is_settled = true;
+            views.clear();
+            for &(_, tile) in near_tiles.iter() {
+                let Some(unseen) = tiles.look_into(tile, view.ground) else {
+                    is_settled = false;
+                    continue;
+                };
+                let cell = tiles.nearest_unseen(tile, view.ground, unseen.middle);
+                if let Some(way) = cell.and_then(|cell| approach.view(cell)) {
+                    insert(views, (way.length_m(), way), wanted);
+                }
             }
-            if tiles.look_into(tile, view.ground, |_| ()).is_some() {
-                insert(near_tiles, (distance_m2, tile), wanted + SPARE_TILES);
-            }
-        }
-        views.clear();
-        for &(_, tile) in near_tiles.iter() {
-            let Some(unseen) = tiles.look_into(tile, view.ground, |_| ()) else { continue };
-            let cell = tiles.nearest_unseen(tile, view.ground, unseen.middle);
-            if let Some(way) = cell.and_then(|cell| approach.view(cell)) {
-                insert(views, (way.length_m(), way), wanted);
+            if is_settled {
+                break;
             }
         }
         for (row, (_, way)) in self.rows[self.weeds..].iter_mut().zip(&self.views) {
@@ -204,15 +203,16 @@ impl Candidates {
             if skipped_m >= limit_m {
                 break;
             }
-            let columns = &mut self.columns;
-            columns.clear();
-            let found = self.tiles.look_into(tile, view.ground, |column| columns.push(column));
-            let Some(unseen) = found else { continue };
+            let Some(unseen) = self.tiles.look_into(tile, view.ground) else { continue };
             let is_swept = unseen.count as f64 >= SWEPT_SHARE * unseen.cells as f64;
             let reached_m = self.tiles.distance_m2(tile, from).sqrt() - site.sensor_range_m;
             if reached_m + skipped_m < limit_m {
-                let pass =
-                    if is_swept { self.pass(tile, limit_m - skipped_m, view, approach) } else { None };
+                let pass = if is_swept {
+                    self.tiles.write_columns(tile, view.ground, &mut self.columns);
+                    self.pass(tile, limit_m - skipped_m, view, approach)
+                } else {
+                    None
+                };
                 let offer = pass.or_else(|| {
                     let cell = self.tiles.nearest_unseen(tile, view.ground, unseen.middle)?;
                     approach.view(cell).map(|way| (way.length_m(), way))
@@ -282,17 +282,16 @@ impl Candidates {
 
 /// A candidate, with what it will show.
 fn candidate(purpose: Purpose, way: Way, view: &View) -> Candidate {
-    let unseen_share = unseen_share(way.end(), view);
-    Candidate { purpose, way, goal: goal_of(&way), unseen_share }
+    Candidate { purpose, way, unseen_share: unseen_share(way.end(), view) }
 }
 
 /// Share of the detection triangle at a pose that is unseen ground, 0 to 1.
-fn unseen_share(pose: Pose, view: &View) -> f64 {
+fn unseen_share(from: Frame, view: &View) -> f64 {
     let (site, ground) = (view.site, view.ground);
     if ground.unseen_count() == 0 {
         return 0.0;
     }
-    let triangle = Triangle::new(pose, site.sensor_range_m, site.sensor_width_m);
+    let triangle = Triangle::new(from, site.sensor_range_m, site.sensor_width_m);
     let grid = ground.grid();
     let (length_m, width_m) = grid.size_m();
     let (bottom_m, top_m) = triangle.y_range();
@@ -300,20 +299,22 @@ fn unseen_share(pose: Pose, view: &View) -> f64 {
     let (_, first) = grid.cell_of(Point::new(0.0, bottom_m));
     let (_, last) = grid.cell_of(Point::new(0.0, top_m));
     let per_m = grid.columns() as f64 / length_m;
-    let mut unseen = 0;
+    let XLimits { lower: [l0, l1], upper: [u0, u1] } = *triangle.limits();
+    let mut unseen = 0_u32;
     for row in first..=last {
         let y_m = grid.centre(0, row).y;
-        let at = |side: &crate::geometry::Side| side.x_at_0_m + side.slope * y_m;
-        let low_m = triangle.limits().lower.iter().map(at).fold(0.0, f64::max);
-        let high_m = triangle.limits().upper.iter().map(at).fold(length_m, f64::min);
-        let columns = floor_index(low_m * per_m + 0.5)..floor_index(high_m * per_m + 0.5);
         if y_m < bottom_m || y_m > top_m {
             continue;
         }
-        unseen += columns.filter(|&column| !ground.is_seen(column, row)).count();
+        let at_row = |side: Side| side.x_at_0_m + side.slope * y_m;
+        let low_m = larger(at_row(l0), at_row(l1));
+        let high_m = smaller(smaller(at_row(u0), at_row(u1)), length_m);
+        // The centre of column i lies at i + 1/2 cells.
+        let columns = floor_index(low_m * per_m + 0.5)..floor_index(high_m * per_m + 0.5);
+        ground.for_each_unseen(columns, row, |_, bits| unseen += bits.count_ones());
     }
     let triangle_m2 = 0.5 * site.sensor_range_m * site.sensor_width_m;
-    (unseen as f64 * cell_m2 / triangle_m2).min(1.0)
+    (f64::from(unseen) * cell_m2 / triangle_m2).min(1.0)
 }
 
 /// Puts an entry into a list that is sorted by its number and holds at most `most`; ties stay in the order of arrival.

@@ -117,42 +117,20 @@ impl Tiles {
         if self.is_rightward(tile) { first..end } else { all - end..all - first }
     }
 
-    /// The unseen ground of a tile; `each` is told of every column with some, in the order of the search. `None` if there
-    /// is none, which is noted.
-    pub(super) fn look_into(
-        &mut self,
-        tile: usize,
-        ground: &SeenGround,
-        mut each: impl FnMut(Column),
-    ) -> Option<Unseen> {
+    /// The unseen ground of a tile; `None` if there is none, which is noted.
+    pub(super) fn look_into(&mut self, tile: usize, ground: &SeenGround) -> Option<Unseen> {
         if self.is_done[tile] {
             return None;
         }
         let (rows, columns) = (self.rows_of(tile / self.per_band), self.columns_of(tile));
-        let is_rightward = self.is_rightward(tile);
-        // Twice the offset from the middle line, in cells, is a whole number.
-        let (middle, last) = (rows.start + rows.end - 1, columns.end - 1 + columns.start);
         let (mut count, mut columns_sum, mut rows_sum) = (0, 0, 0);
-        for i in columns.clone() {
-            let column = if is_rightward { i } else { last - i };
-            let (mut unseen, mut nearest) = (0, usize::MAX);
-            for row in rows.clone() {
-                if !ground.is_seen(column, row) {
-                    unseen += 1;
-                    rows_sum += row;
-                    nearest = nearest.min((2 * row).abs_diff(middle));
-                }
-            }
-            if unseen > 0 {
-                count += unseen;
-                columns_sum += unseen * column;
-                let from_start = if is_rightward { column } else { self.grid.columns() - 1 - column };
-                each(Column {
-                    along_m: (from_start as f64 + 0.5) * self.cell_x_m,
-                    nearest_m: 0.5 * nearest as f64 * self.cell_y_m,
-                    unseen,
-                });
-            }
+        for row in rows.clone() {
+            ground.for_each_unseen(columns.clone(), row, |first, bits| {
+                let here = bits.count_ones() as usize;
+                count += here;
+                rows_sum += row * here;
+                columns_sum += first * here + sum_of_places(bits);
+            });
         }
         if count == 0 {
             self.is_done[tile] = true;
@@ -162,32 +140,73 @@ impl Tiles {
         Some(Unseen {
             count,
             cells: rows.len() * columns.len(),
-            middle: Point::new(
-                mean(columns_sum) * self.cell_x_m,
-                mean(rows_sum) * self.cell_y_m,
-            ),
+            middle: Point::new(mean(columns_sum) * self.cell_x_m, mean(rows_sum) * self.cell_y_m),
         })
     }
 
-    /// The centre of the unseen cell of a tile that is nearest to a point; `None` if the tile holds none.
+    /// Writes the columns of a tile that hold unseen cells, in the order of the search.
+    pub(super) fn write_columns(&self, tile: usize, ground: &SeenGround, list: &mut Vec<Column>) {
+        let (rows, columns) = (self.rows_of(tile / self.per_band), self.columns_of(tile));
+        let is_rightward = self.is_rightward(tile);
+        // Twice the offset from the middle line, in cells, is a whole number.
+        let (middle, last) = (rows.start + rows.end - 1, columns.end - 1 + columns.start);
+        list.clear();
+        for i in columns {
+            let column = if is_rightward { i } else { last - i };
+            let (mut unseen, mut nearest) = (0, usize::MAX);
+            for row in rows.clone() {
+                if !ground.is_seen(column, row) {
+                    unseen += 1;
+                    nearest = nearest.min((2 * row).abs_diff(middle));
+                }
+            }
+            if unseen > 0 {
+                let from_start =
+                    if is_rightward { column } else { self.grid.columns() - 1 - column };
+                list.push(Column {
+                    along_m: (from_start as f64 + 0.5) * self.cell_x_m,
+                    nearest_m: 0.5 * nearest as f64 * self.cell_y_m,
+                    unseen,
+                });
+            }
+        }
+    }
+
+    /// The centre of the unseen cell of a tile that is nearest to a point of the tile; `None` if the tile holds none.
     pub(super) fn nearest_unseen(
         &self,
         tile: usize,
         ground: &SeenGround,
         to: Point,
     ) -> Option<Point> {
+        let (middle, _) = self.grid.cell_of(to);
         let mut nearest: Option<(f64, Point)> = None;
         for row in self.rows_of(tile / self.per_band) {
-            for column in self.columns_of(tile) {
-                if !ground.is_seen(column, row) {
-                    let centre = self.grid.centre(column, row);
+            ground.for_each_unseen(self.columns_of(tile), row, |first, bits| {
+                // Of a row only the unseen cells next to the point's column can be the nearest.
+                let at = middle.saturating_sub(first).min(63);
+                let (up_to, from) = (bits & (u64::MAX >> (63 - at)), bits & (u64::MAX << at));
+                let below = 63_u32.checked_sub(up_to.leading_zeros());
+                let above = (from != 0).then(|| from.trailing_zeros());
+                for place in below.into_iter().chain(above) {
+                    let centre = self.grid.centre(first + place as usize, row);
                     let distance_m2 = (centre - to).norm_squared();
                     if nearest.is_none_or(|(nearest_m2, _)| distance_m2 < nearest_m2) {
                         nearest = Some((distance_m2, centre));
                     }
                 }
-            }
+            });
         }
         nearest.map(|(_, centre)| centre)
     }
+}
+
+/// The sum of the places of all bits that are set.
+fn sum_of_places(mut bits: u64) -> usize {
+    let mut sum = 0;
+    while bits != 0 {
+        sum += bits.trailing_zeros() as usize;
+        bits &= bits - 1;
+    }
+    sum
 }

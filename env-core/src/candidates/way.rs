@@ -1,6 +1,6 @@
 //! A way to drive, and the fence that it has to stay within.
 
-use crate::geometry::{Arc, DubinsPath, Point, Pose, Segment};
+use crate::geometry::{Arc, DubinsPath, Frame, Point, Pose, Segment};
 use crate::math::wrap_to_tau;
 use crate::site::Site;
 
@@ -11,23 +11,30 @@ const ROUNDING_M: f64 = 0.5e-9;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Way {
     start: Pose,
+    goal: Frame,
     segments: [Segment; 4],
 }
 
 impl Way {
-    /// Along `path`, then straight on for `straight_m`.
-    pub(super) fn along(path: &DubinsPath, straight_m: f64) -> Self {
+    /// Along `path`, which leads to `goal`, then straight on for `straight_m`.
+    pub(super) fn along(path: &DubinsPath, goal: Frame, straight_m: f64) -> Self {
         let [first, second, third] = path.segments();
         let last = Segment { curvature_per_m: 0.0, length_m: straight_m };
-        Self { start: path.at(0.0), segments: [first, second, third, last] }
+        Self { start: path.start(), goal, segments: [first, second, third, last] }
     }
 
     /// One arc, then straight on for `straight_m`.
-    pub(super) fn arc(arc: &Arc, straight_m: f64) -> Self {
-        let Arc { start, curvature_per_m, length_m } = *arc;
+    pub(super) fn arc(
+        start: &Frame,
+        curvature_per_m: f64,
+        length_m: f64,
+        straight_m: f64,
+    ) -> Self {
         let straight = |length_m: f64| Segment { curvature_per_m: 0.0, length_m };
         let first = Segment { curvature_per_m, length_m };
-        Self { start, segments: [first, straight(0.0), straight(0.0), straight(straight_m)] }
+        let goal = start.advanced(curvature_per_m, length_m);
+        let segments = [first, straight(0.0), straight(0.0), straight(straight_m)];
+        Self { start: start.pose, goal, segments }
     }
 
     /// Its pieces in driving order; any of them may have length 0.
@@ -42,6 +49,19 @@ impl Way {
         self.segments.iter().map(|segment| segment.length_m).sum()
     }
 
+    /// Where the Dubins path ends and the last straight piece begins.
+    #[must_use]
+    pub fn goal(&self) -> Pose {
+        self.goal.pose
+    }
+
+    /// Where it ends.
+    #[must_use]
+    pub fn end(&self) -> Frame {
+        let [.., last] = self.segments;
+        self.goal.advanced(0.0, last.length_m)
+    }
+
     /// The pieces as arcs, each beginning where the one before ends.
     fn arcs(&self) -> impl Iterator<Item = Arc> {
         let mut start = self.start;
@@ -50,12 +70,6 @@ impl Way {
             start = arc.end();
             arc
         })
-    }
-
-    /// Where it ends.
-    #[must_use]
-    pub fn end(&self) -> Pose {
-        self.arcs().last().map_or(self.start, |arc| arc.end())
     }
 }
 
@@ -91,7 +105,7 @@ impl Fence {
         // Three arcs that touch reach at most four radii beyond the ends, whatever their word.
         let far_m = 4.0 * self.radius_m;
         let is_far = |pose: Pose| self.holds_point(pose.position(), far_m);
-        (is_far(way.start) && is_far(way.end())) || way.arcs().all(|arc| self.holds_arc(&arc))
+        (is_far(way.start) && is_far(way.end().pose)) || way.arcs().all(|arc| self.holds_arc(&arc))
     }
 
     fn holds_arc(&self, arc: &Arc) -> bool {

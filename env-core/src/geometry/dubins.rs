@@ -6,7 +6,7 @@ use super::{Arc, Pose};
 use crate::math::{acos, atan2, sin_cos, wrap_to_tau};
 
 /// Angles this close below a full circle are rounding, not a circle.
-const PHANTOM_CIRCLE_RAD: f64 = 1e-9;
+pub(super) const PHANTOM_CIRCLE_RAD: f64 = 1e-9;
 /// A squared straight (in units of the radius) this little below zero is rounding: the arcs touch.
 pub(super) const TOUCHING: f64 = 1e-9;
 
@@ -181,7 +181,7 @@ fn middle(cosine: f64) -> Option<f64> {
 }
 
 /// An arc in [0, 2 pi), phantom full circles removed.
-pub(super) fn turn(angle_rad: f64) -> f64 {
+fn turn(angle_rad: f64) -> f64 {
     let wrapped = wrap_to_tau(angle_rad);
     if wrapped > TAU - PHANTOM_CIRCLE_RAD { 0.0 } else { wrapped }
 }
@@ -196,6 +196,12 @@ pub struct DubinsPath {
 }
 
 impl DubinsPath {
+    /// Where the path begins.
+    #[must_use]
+    pub fn start(&self) -> Pose {
+        self.start
+    }
+
     /// Which word the path spells.
     #[must_use]
     pub fn word(&self) -> Word {

@@ -86,7 +86,7 @@ impl CandidateEncoder {
         {
             row.fill(0.0);
             let Some(candidate) = candidate else { continue };
-            let (forward_m, left_m) = frame.offsets_to(candidate.goal.position());
+            let (forward_m, left_m) = frame.offsets_to(candidate.way.goal().position());
             let distance_m = (forward_m * forward_m + left_m * left_m).sqrt();
             let (cos, sin) = if distance_m > 0.0 {
                 (forward_m / distance_m, left_m / distance_m)
