@@ -38,7 +38,12 @@ impl SeenGround {
     /// Calls `visit` with a column and bits, lowest first: which of the columns from there on are unseen in `row`. Every
     /// unseen cell of `columns` is among them, and no other.
     #[inline]
-    pub fn for_each_unseen(&self, columns: Range<usize>, row: usize, mut visit: impl FnMut(usize, u64)) {
+    pub fn for_each_unseen(
+        &self,
+        columns: Range<usize>,
+        row: usize,
+        mut visit: impl FnMut(usize, u64),
+    ) {
         let mut first = columns.start;
         while first < columns.end {
             let left = columns.end - first;

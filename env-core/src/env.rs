@@ -9,7 +9,7 @@ mod summary;
 pub use snapshot::SnapshotError;
 pub use summary::Summary;
 
-use crate::action::{Action, ActionDecoder, ActionError, Command, Order};
+use crate::action::{Action, ActionDecoder, ActionError, ActionSpec, Command, Order};
 use crate::belief::Belief;
 use crate::candidates::{Candidates, Purpose};
 use crate::config::{ActionKind, NamedStart, ObservationKind, Start, ValidScenario};
@@ -214,7 +214,8 @@ impl Env {
                 if whole.is_some() {
                     self.episode.resume_step();
                 }
-                let part = self.drive(Command { curvature_per_m: segment.curvature_per_m, distance_m })?;
+                let part =
+                    self.drive(Command { curvature_per_m: segment.curvature_per_m, distance_m })?;
                 let step = whole.map_or(part, |step| step.followed_by(&part));
                 whole = Some(step);
                 let is_mowed = match candidate.purpose {
@@ -289,20 +290,22 @@ impl Env {
         candidates
     }
 
-    /// Writes which of the action's choices are open to `mask`.
+    /// Writes which of the action's choices are open to `mask`: all of them, but for the action kind `target`.
     ///
     /// # Panics
     ///
-    /// If `mask` does not have one place for each choice.
+    /// If `mask` does not have one place for each choice; continuous kinds have none.
     pub fn action_mask(&mut self, mask: &mut [bool]) {
+        let choices = match self.decoder.spec() {
+            ActionSpec::Discrete(choices) => choices,
+            ActionSpec::Continuous(_) => 0,
+        };
+        assert_eq!(mask.len(), choices, "the mask has one place for each choice");
+        mask.fill(true);
         if self.decoder.kind() == ActionKind::Target {
-            let rows = self.candidates().rows();
-            assert_eq!(mask.len(), rows.len(), "the mask has one place for each choice");
-            for (is_open, row) in mask.iter_mut().zip(rows) {
+            for (is_open, row) in mask.iter_mut().zip(self.candidates().rows()) {
                 *is_open = row.is_some();
             }
-        } else {
-            mask.fill(true);
         }
     }
 

@@ -146,8 +146,7 @@ impl<'a> Approach<'a> {
             // The weed seen from the turning centre, which lies one radius to the side.
             let (x, y) = (ahead_m, self.radius_m - turn * left_m);
             let off_m = (x * x + y * y).sqrt() - self.radius_m;
-            (off_m.abs() <= self.weed_left_m)
-                .then(|| self.radius_m * wrap_to_tau(atan2(x, y)))
+            (off_m.abs() <= self.weed_left_m).then(|| self.radius_m * wrap_to_tau(atan2(x, y)))
         };
         let straight_m = (ahead_m >= 0.0 && left_m.abs() <= self.weed_left_m).then_some(ahead_m);
         let arcs = [(0.0, straight_m), (1.0, arc_length_m(1.0)), (-1.0, arc_length_m(-1.0))];
@@ -215,8 +214,7 @@ impl Bound {
 
     /// How far `goal` lies ahead in the direction, metres.
     fn progress_m(&self, goal: &Frame) -> f64 {
-        let (x_m, y_m) =
-            (goal.pose.x_m - self.start.pose.x_m, goal.pose.y_m - self.start.pose.y_m);
+        let (x_m, y_m) = (goal.pose.x_m - self.start.pose.x_m, goal.pose.y_m - self.start.pose.y_m);
         x_m * self.cos + y_m * self.sin
     }
 

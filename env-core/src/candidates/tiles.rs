@@ -51,8 +51,7 @@ pub(super) struct Unseen {
 impl Tiles {
     pub(super) fn new(grid: Grid, site: &Site) -> Self {
         let (length_m, width_m) = grid.size_m();
-        let (cell_x_m, cell_y_m) =
-            (length_m / grid.columns() as f64, width_m / grid.rows() as f64);
+        let (cell_x_m, cell_y_m) = (length_m / grid.columns() as f64, width_m / grid.rows() as f64);
         let spacing_m = site.sensor_width_m.max(site.deck_width_m).max(cell_y_m);
         let bands = passes(width_m, spacing_m).min(grid.rows());
         let wanted = floor_index(TILE_RANGES * site.sensor_range_m / cell_x_m).max(1);

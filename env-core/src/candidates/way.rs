@@ -24,12 +24,7 @@ impl Way {
     }
 
     /// One arc, then straight on for `straight_m`.
-    pub(super) fn arc(
-        start: &Frame,
-        curvature_per_m: f64,
-        length_m: f64,
-        straight_m: f64,
-    ) -> Self {
+    pub(super) fn arc(start: &Frame, curvature_per_m: f64, length_m: f64, straight_m: f64) -> Self {
         let straight = |length_m: f64| Segment { curvature_per_m: 0.0, length_m };
         let first = Segment { curvature_per_m, length_m };
         let goal = start.advanced(curvature_per_m, length_m);
@@ -109,7 +104,8 @@ impl Fence {
     }
 
     fn holds_arc(&self, arc: &Arc) -> bool {
-        if !self.holds_point(arc.start.position(), 0.0) || !self.holds_point(arc.end().position(), 0.0)
+        if !self.holds_point(arc.start.position(), 0.0)
+            || !self.holds_point(arc.end().position(), 0.0)
         {
             return false;
         }

@@ -345,6 +345,25 @@ pub enum ActionKind {
     Target,
 }
 
+impl ActionKind {
+    /// The name in configurations.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Steer => "steer",
+            Self::Drive => "drive",
+            Self::Discrete => "discrete",
+            Self::Target => "target",
+        }
+    }
+
+    /// Whether an action is numbers; else it is a choice.
+    #[must_use]
+    pub fn is_continuous(self) -> bool {
+        matches!(self, Self::Steer | Self::Drive)
+    }
+}
+
 /// How an agent's numbers become a drive command.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

@@ -95,7 +95,9 @@ impl Best {
         let Some(p) = self.straight(squared(along), self.to_left) else { return };
         if p < ONE_ARC {
             self.offer(Word::Lsl, [self.to_left, 0.0, 0.0]);
-        } else if p + self.to_left + detour(self.start, along, self.goal, self.to_left, p) < self.limit {
+        } else if p + self.to_left + detour(self.start, along, self.goal, self.to_left, p)
+            < self.limit
+        {
             let along_rad = atan2(along.1, along.0);
             let pieces = [turn(along_rad - self.start_rad), p, turn(self.goal_rad - along_rad)];
             self.offer(Word::Lsl, pieces);
@@ -106,7 +108,8 @@ impl Best {
         let Some(p) = self.straight(squared(along), self.to_right) else { return };
         if p < ONE_ARC {
             self.offer(Word::Rsr, [self.to_right, 0.0, 0.0]);
-        } else if p + self.to_right + detour(self.goal, along, self.start, self.to_right, p) < self.limit
+        } else if p + self.to_right + detour(self.goal, along, self.start, self.to_right, p)
+            < self.limit
         {
             let along_rad = atan2(along.1, along.0);
             let pieces = [turn(self.start_rad - along_rad), p, turn(along_rad - self.goal_rad)];
@@ -121,7 +124,9 @@ impl Best {
         // The inner tangent: the line between the centres, turned by the angle whose tangent is 2 / p.
         let along = (between.0 * p - 2.0 * between.1, between.1 * p + 2.0 * between.0);
         let length = p * p + 4.0;
-        if p + least_turn(self.start, along, length) + least_turn(self.goal, along, length) < self.limit {
+        if p + least_turn(self.start, along, length) + least_turn(self.goal, along, length)
+            < self.limit
+        {
             let along_rad = atan2(along.1, along.0);
             let pieces = [turn(along_rad - self.start_rad), p, turn(along_rad - self.goal_rad)];
             self.offer(Word::Lsr, pieces);
@@ -134,7 +139,9 @@ impl Best {
         };
         let along = (between.0 * p + 2.0 * between.1, between.1 * p - 2.0 * between.0);
         let length = p * p + 4.0;
-        if p + least_turn(along, self.start, length) + least_turn(along, self.goal, length) < self.limit {
+        if p + least_turn(along, self.start, length) + least_turn(along, self.goal, length)
+            < self.limit
+        {
             let along_rad = atan2(along.1, along.0);
             let pieces = [turn(self.start_rad - along_rad), p, turn(self.goal_rad - along_rad)];
             self.offer(Word::Rsl, pieces);

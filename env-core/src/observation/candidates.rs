@@ -81,9 +81,7 @@ impl CandidateEncoder {
     pub fn encode(&self, view: &View, candidates: &Candidates, table: &mut [f32]) {
         let frame = Frame::from(view.pose);
         let soft = |value_m: f64| value_m / (value_m.abs() + view.site.sensor_range_m);
-        for (row, candidate) in
-            table.chunks_exact_mut(COLUMNS.len()).zip(candidates.rows())
-        {
+        for (row, candidate) in table.chunks_exact_mut(COLUMNS.len()).zip(candidates.rows()) {
             row.fill(0.0);
             let Some(candidate) = candidate else { continue };
             let (forward_m, left_m) = frame.offsets_to(candidate.way.goal().position());

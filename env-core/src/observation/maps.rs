@@ -48,11 +48,8 @@ impl MapsEncoder {
     #[must_use]
     pub fn part(&self) -> Part {
         let channels = SCALES * CHANNELS.len();
-        let shape = if self.is_flat {
-            vec![channels * SIZE * SIZE]
-        } else {
-            vec![channels, SIZE, SIZE]
-        };
+        let shape =
+            if self.is_flat { vec![channels * SIZE * SIZE] } else { vec![channels, SIZE, SIZE] };
         let bounds = vec![Bound { name: "maps".to_owned(), low: 0.0, high: 255.0 }];
         Part { name: "maps", dtype: Dtype::Uint8, shape, bounds }
     }
@@ -76,13 +73,7 @@ impl MapsEncoder {
 }
 
 /// Writes the shares of unseen ground and of what lies outside.
-fn write_ground(
-    view: &View,
-    frame: &Frame,
-    point_m: f64,
-    unseen: &mut [u8],
-    outside: &mut [u8],
-) {
+fn write_ground(view: &View, frame: &Frame, point_m: f64, unseen: &mut [u8], outside: &mut [u8]) {
     let (ground, grid) = (view.ground, view.ground.grid());
     let (length_m, width_m) = grid.size_m();
     let samples = floor_index(point_m.round()).clamp(1, MAX_SAMPLES);

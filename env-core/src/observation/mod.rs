@@ -35,7 +35,8 @@ impl Encoder {
         let kind = scenario.observation.kind;
         let has_mask = kind == ObservationKind::Dict;
         let has = |part: ObservationKind| kind == part || has_mask;
-        let features = has(ObservationKind::Features).then(|| FeatureEncoder::new(scenario, budget_m));
+        let features =
+            has(ObservationKind::Features).then(|| FeatureEncoder::new(scenario, budget_m));
         let candidates =
             has(ObservationKind::Candidates).then(|| CandidateEncoder::new(scenario, budget_m));
         let maps = has(ObservationKind::Maps).then(|| MapsEncoder::new(scenario));

@@ -58,7 +58,11 @@ fn open(env: &mut Env) -> Vec<(usize, Candidate)> {
 }
 
 /// Plays until the end, or for `steps` decisions: an index among the open candidates is drawn from `draws`.
-fn play(env: &mut Env, draws: &[prop::sample::Index], mut each: impl FnMut(&mut Env, usize, &Step)) {
+fn play(
+    env: &mut Env,
+    draws: &[prop::sample::Index],
+    mut each: impl FnMut(&mut Env, usize, &Step),
+) {
     for draw in draws {
         let open = open(env);
         let (place, _) = open[draw.index(open.len())];
