@@ -55,8 +55,8 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
     (a + 1)/2 of that way, so that a step can end where an arc ends.
     A finite value outside [-1, 1] is clipped, and `info["action_clipped"]` says so.
 
-    A step of `target` is one decision: the mower goes to the candidate along the shortest path (Dubins) until it arrives,
-    its weed is mowed, or something new is detected; the reward sums what happened on the way. The candidates are
+    A step of `target` is one decision: the mower goes to the candidate along the shortest path of Dubins until it
+    arrives, its weed is mowed, or something new is detected. The reward sums what happened on the way.
 
     | index | candidate |
     |---|---|
@@ -64,13 +64,13 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
     | `weeds` to K - 2 | views of unseen ground, cheapest first: poses that look straight at unseen cells |
     | K - 1 | the search |
 
-    A weed is approached at the cheapest of 16 headings and 3 offsets along the bar (-0.9, 0 or 0.9 of half its width), or
-    straight ahead or on full lock where that is cheaper.
+    A weed is approached at the cheapest of 16 headings and 3 offsets along the bar (-0.9, 0 or 0.9 of half its width),
+    or straight ahead or on full lock where that is cheaper.
     The search goes on with a sweep in ceil(W / S_w) bands, S_w the sensor's width, and then to what lies about unseen;
     when all is seen, to the cheapest weed.
-    Ways that would leave the headland are no candidates, as long as there are others. The last candidate is always open;
-    which others are is in `info["action_mask"]` and from `action_masks()`. A closed one stands for the last, and
-    `info["action_clipped"]` says so.
+    The last candidate is always open. The others are open where there is such a weed or view, and a way to it that
+    stays within the headland; `info["action_mask"]` and `action_masks()` say so. A closed one stands for the last, and
+    `info["action_clipped"]` says that it does.
 
     ## Observation Space
 
@@ -111,8 +111,8 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
     | 9 | share of what the sensor will show at its end that is unseen ground | 0 to 1 |
     | 10 | share of the whole budget that the way costs | 0 to 1 |
 
-    `maps`: picture 3s + c is the channel c at the scale s, from fine to coarse. The mower is in the middle and looks up.
-    A point's side is B/8 x 3^s, so that the pictures show 4 B, 12 B, 36 B and 108 B (8, 24, 72 and 216 m).
+    `maps`: picture 3s + c is the channel c at the scale s, from fine to coarse.
+    The mower is in the middle and looks up. A point's side is B/8 x 3^s, so that the pictures show 4 B, 12 B, 36 B and 108 B (8, 24, 72 and 216 m).
 
     | channel | value of a point | range |
     |---|---|---|
