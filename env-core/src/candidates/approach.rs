@@ -31,7 +31,7 @@ impl Headings {
     }
 
     /// Every heading, the one nearest to `bearing_rad` first, then to its left and right by turns.
-    fn from_nearest(&self, bearing_rad: f64) -> impl Iterator<Item = &Frame> {
+    fn nearest_first(&self, bearing_rad: f64) -> impl Iterator<Item = &Frame> {
         let nearest = floor_index(wrap_to_tau(bearing_rad) * HEADINGS as f64 / TAU + 0.5);
         (0..HEADINGS).map(move |i| {
             let aside = i.div_ceil(2);
@@ -68,13 +68,15 @@ impl<'a> Approach<'a> {
     pub(super) fn weed(&self, weed: Point) -> Option<Way> {
         let left_m = self.weed_left_m;
         let places = [(0.0, 0.0), (0.0, left_m), (0.0, -left_m)];
-        self.cheapest(weed, &places, PAST_WEED_M, self.single_arc(weed))
+        let arc = self.single_arc(weed);
+        let limit_m = arc.map_or(f64::INFINITY, |way| way.length_m());
+        self.cheapest(weed, &places, PAST_WEED_M, limit_m).or(arc)
     }
 
-    /// The cheapest way that ends with a look at a cell's centre straight ahead.
-    pub(super) fn view(&self, cell: Point) -> Option<Way> {
+    /// The cheapest way that ends with a look at a cell's centre straight ahead, if it is shorter than `limit_m`.
+    pub(super) fn view(&self, cell: Point, limit_m: f64) -> Option<Way> {
         let places = self.view_back_m.map(|back_m| (back_m, 0.0));
-        self.cheapest(cell, &places, LOOK_SPACING_M, None)
+        self.cheapest(cell, &places, LOOK_SPACING_M, limit_m)
     }
 
     /// The way to `goal` and straight on, if it stays within the fence and its Dubins path is shorter than `limit_m`.
@@ -100,13 +102,14 @@ impl<'a> Approach<'a> {
             .unwrap_or_else(|| way(0.0, circle_m))
     }
 
-    /// The shortest way with `point` so far ahead and to the left of its end, over all headings and `places`.
+    /// The shortest way with `point` so far ahead and to the left of where its Dubins path ends, over all headings and
+    /// `places`, if it is shorter than `limit_m`.
     fn cheapest(
         &self,
         point: Point,
         places: &[(f64, f64)],
         straight_m: f64,
-        mut best: Option<Way>,
+        limit_m: f64,
     ) -> Option<Way> {
         let start = self.departure.start();
         let bearing_rad = start.pose.bearing_to(point);
@@ -114,8 +117,8 @@ impl<'a> Approach<'a> {
         let distance_m = (point - start.pose.position()).norm();
         let reach_m =
             places.iter().map(|(ahead_m, left_m)| ahead_m.abs() + left_m.abs()).fold(0.0, f64::max);
-        let mut limit_m = best.map_or(f64::INFINITY, |way| way.length_m() - straight_m);
-        for heading in self.headings.from_nearest(bearing_rad) {
+        let (mut best, mut limit_m) = (None, limit_m - straight_m);
+        for heading in self.headings.nearest_first(bearing_rad) {
             let end = bound.loss_m(heading);
             if bound.least_m(distance_m - reach_m, end) >= limit_m {
                 continue;

@@ -168,7 +168,9 @@ impl Candidates {
                     continue;
                 };
                 let cell = tiles.nearest_unseen(tile, view.ground, unseen.middle);
-                if let Some(way) = cell.and_then(|cell| approach.view(cell)) {
+                let is_full = views.len() == wanted;
+                let limit_m = views.last().filter(|_| is_full).map_or(f64::INFINITY, |last| last.0);
+                if let Some(way) = cell.and_then(|cell| approach.view(cell, limit_m)) {
                     insert(views, (way.length_m(), way), wanted);
                 }
             }
@@ -221,7 +223,8 @@ impl Candidates {
                 };
                 let offer = pass.or_else(|| {
                     let cell = self.tiles.nearest_unseen(tile, view.ground, unseen.middle)?;
-                    approach.view(cell).map(|way| (way.length_m(), way))
+                    let way = approach.view(cell, limit_m - skipped_m)?;
+                    Some((way.length_m(), way))
                 });
                 if let Some((cost_m, way)) = offer
                     && cost_m + skipped_m < limit_m

@@ -71,9 +71,10 @@ impl Way {
 /// The border of the ground on which a mower may drive: the pasture and its headland.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fence {
-    low_m: f64,
-    high_x_m: f64,
-    high_y_m: f64,
+    /// Lowest x and y, and the highest of each, metres.
+    low: f64,
+    high_x: f64,
+    high_y: f64,
     radius_m: f64,
 }
 
@@ -81,18 +82,18 @@ impl Fence {
     pub(super) fn new(site: &Site) -> Self {
         let reach_m = site.headland_m + ROUNDING_M;
         Self {
-            low_m: -reach_m,
-            high_x_m: site.length_m + reach_m,
-            high_y_m: site.width_m + reach_m,
+            low: -reach_m,
+            high_x: site.length_m + reach_m,
+            high_y: site.width_m + reach_m,
             radius_m: site.turning_radius_m,
         }
     }
 
     /// Whether a point lies within, and at least `margin_m` away from the border.
     fn holds_point(&self, point: Point, margin_m: f64) -> bool {
-        let low_m = self.low_m + margin_m;
-        (low_m..=self.high_x_m - margin_m).contains(&point.x)
-            && (low_m..=self.high_y_m - margin_m).contains(&point.y)
+        let low_m = self.low + margin_m;
+        (low_m..=self.high_x - margin_m).contains(&point.x)
+            && (low_m..=self.high_y - margin_m).contains(&point.y)
     }
 
     /// Whether a mower that follows `way` stays within.

@@ -24,7 +24,7 @@ const COLUMNS: [(&str, f32); 11] = [
 
 /// Writes the `candidates` table: a row of 11 numbers for each candidate, zeros where there is none.
 ///
-/// Lengths v are written as v / (|v| + S_d) with the sensor range S_d, so that near places are told apart well, far ones
+/// Lengths v are written as v / (|v| + s) with the sensor range s, so that near places are told apart well, far ones
 /// stay below 1, and the size of the pasture does not matter.
 ///
 /// | column | value | range |

@@ -112,7 +112,8 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
     | 10 | share of the whole budget that the way costs | 0 to 1 |
 
     `maps`: picture 3s + c is the channel c at the scale s, from fine to coarse.
-    The mower is in the middle and looks up. A point's side is B/8 x 3^s, so that the pictures show 4 B, 12 B, 36 B and 108 B (8, 24, 72 and 216 m).
+    The mower is in the middle and looks up. A point's side is B/8 x 3^s, so with B = 2 m the
+    pictures show 8, 24, 72 and 216 m.
 
     | channel | value of a point | range |
     |---|---|---|

@@ -26,7 +26,7 @@ fn target_scenarios() -> impl Strategy<Value = ValidScenario> {
             scenario.action.kind = ActionKind::Target;
             scenario.action.weeds = weeds;
             scenario.action.views = views;
-            scenario.observation.kind = ObservationKind::Dict;
+            scenario.observation.kind = ObservationKind::Candidates;
             scenario.pasture.headland_m = headland_m;
             scenario.episode.budget = budget;
             scenario.weeds.count = scenario.weeds.count.min(60);
@@ -306,7 +306,7 @@ proptest! {
 
     #[test]
     fn a_restored_environment_offers_the_same_and_decides_the_same(
-        scenario in target_scenarios(), seed in any::<u64>(), (before, after) in (draws(20), draws(20)),
+        scenario in target_scenarios(), seed in any::<u64>(), (before, after) in (draws(12), draws(12)),
     ) {
         let transcript = |env: &mut Env| {
             let mut shown = vec![(env.candidates().rows().to_vec(), observation(env))];
@@ -332,9 +332,10 @@ proptest! {
 
     #[test]
     fn every_part_of_an_observation_lies_within_its_bounds(
-        scenario in target_scenarios(), seed in any::<u64>(), draws in draws(30), flat in any::<bool>(),
+        scenario in target_scenarios(), seed in any::<u64>(), draws in draws(10), flat in any::<bool>(),
     ) {
         let mut scenario = (*scenario).clone();
+        scenario.observation.kind = ObservationKind::Dict;
         scenario.observation.flat = flat;
         let mut env = Env::new(&scenario.check().unwrap());
         env.reset(seed);
@@ -482,7 +483,7 @@ fn the_budget_cuts_a_decision() {
     let step = go(&mut env, 0);
     assert_eq!(step.end, End::Truncated(Outcome::Budget));
     assert!((step.distance_m - 0.003 * env.site().bcp_length_m).abs() < 1e-9, "{step:?}");
-    assert_eq!(step.terms.failure, 0.0);
+    assert!(!step.end.is_failure());
 }
 
 #[test]
