@@ -83,6 +83,15 @@ pub enum ActionError {
 /// The choices of the kind `discrete`, from sharp right to sharp left, as shares of the largest curvature.
 const CURVATURES: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 
+/// What an action asks for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Order {
+    /// To drive.
+    Drive(Command),
+    /// To go to the candidate at this place.
+    Target(usize),
+}
+
 /// Longest way of one command, metres.
 const MAX_DISTANCE_M: f64 = 1e6;
 
@@ -92,6 +101,7 @@ pub struct ActionDecoder {
     kind: ActionKind,
     max_curvature_per_m: f64,
     control_distance_m: f64,
+    candidates: usize,
 }
 
 impl ActionDecoder {
@@ -102,7 +112,14 @@ impl ActionDecoder {
             kind: scenario.action.kind,
             max_curvature_per_m: 1.0 / scenario.mower.turning_radius_m,
             control_distance_m: scenario.episode.control_period_s * scenario.mower.speed_mps,
+            candidates: scenario.action.candidates(),
         }
+    }
+
+    /// The action kind.
+    #[must_use]
+    pub fn kind(&self) -> ActionKind {
+        self.kind
     }
 
     /// What an agent may send.
@@ -114,15 +131,16 @@ impl ActionDecoder {
                 ActionSpec::Continuous(&[("curvature", -1.0, 1.0), ("distance", -1.0, 1.0)])
             }
             ActionKind::Discrete => ActionSpec::Discrete(CURVATURES.len()),
+            ActionKind::Target => ActionSpec::Discrete(self.candidates),
         }
     }
 
-    /// The command that `action` stands for, and whether it had to be clipped into [-1, 1].
+    /// What `action` asks for, and whether it had to be clipped into [-1, 1].
     ///
     /// # Errors
     ///
     /// [`ActionError::Kind`], [`ActionError::Shape`], [`ActionError::NotFinite`] or [`ActionError::Choice`].
-    pub fn decode(&self, action: Action) -> Result<(Command, bool), ActionError> {
+    pub fn decode(&self, action: Action) -> Result<(Order, bool), ActionError> {
         match (self.spec(), action) {
             (ActionSpec::Continuous(bounds), Action::Continuous(values)) => {
                 self.decode_continuous(values, bounds.len())
@@ -130,8 +148,14 @@ impl ActionDecoder {
             (ActionSpec::Discrete(choices), Action::Discrete(choice)) => {
                 let wrong = ActionError::Choice { choices, got: choice };
                 let index = usize::try_from(choice).map_err(|_| wrong)?;
-                let curvature = CURVATURES.get(index).ok_or(wrong)?;
-                Ok((self.command(*curvature, 1.0), false))
+                if index >= choices {
+                    return Err(wrong);
+                }
+                let order = match self.kind {
+                    ActionKind::Target => Order::Target(index),
+                    _ => Order::Drive(self.command(CURVATURES[index], 1.0)),
+                };
+                Ok((order, false))
             }
             (ActionSpec::Continuous(_), _) => Err(ActionError::Kind { expected: "numbers" }),
             (ActionSpec::Discrete(_), _) => Err(ActionError::Kind { expected: "one whole number" }),
@@ -142,7 +166,7 @@ impl ActionDecoder {
         &self,
         action: &[f32],
         expected: usize,
-    ) -> Result<(Command, bool), ActionError> {
+    ) -> Result<(Order, bool), ActionError> {
         if action.len() != expected {
             return Err(ActionError::Shape { expected, got: action.len() });
         }
@@ -152,7 +176,7 @@ impl ActionDecoder {
         let is_clipped = action.iter().any(|value| value.abs() > 1.0);
         let value = |index: usize| f64::from(action[index].clamp(-1.0, 1.0));
         let share = if expected == 1 { 1.0 } else { 0.5 * (value(1) + 1.0) };
-        Ok((self.command(value(0), share), is_clipped))
+        Ok((Order::Drive(self.command(value(0), share)), is_clipped))
     }
 
     /// The command with these shares of the largest curvature and of the control period's distance.
@@ -174,7 +198,7 @@ impl ActionDecoder {
         let curvature =
             (command.curvature_per_m / self.max_curvature_per_m).clamp(-1.0, 1.0) as f32;
         match self.kind {
-            ActionKind::Discrete => None,
+            ActionKind::Discrete | ActionKind::Target => None,
             ActionKind::Steer => Some(vec![curvature]),
             ActionKind::Drive => {
                 let share =

@@ -13,7 +13,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 pub use buffers::{Actions, StepMut};
 
 use crate::action::{ActionDecoder, ActionError, ActionSpec};
-use crate::config::ValidScenario;
+use crate::config::{ActionKind, ValidScenario};
 use crate::env::{Beginning, Env, Summary};
 use crate::episode::{End, Outcome};
 use crate::observation::{Observation, ObservationMut, ObservationSpec, Sizes};
@@ -49,6 +49,8 @@ pub struct Last {
     pub terms: RewardTerms,
     /// Whether the last action was clipped.
     pub is_clipped: bool,
+    /// Way driven in the last step, metres.
+    pub distance_m: f64,
     /// The numbers of the episode.
     pub summary: Summary,
     /// Why it ended.
@@ -102,6 +104,7 @@ pub struct BatchEnv {
     states: Vec<State>,
     last: Vec<Option<Last>>,
     last_observation: Observation,
+    last_mask: Vec<bool>,
     decoder: ActionDecoder,
     form: Form,
     pool: Option<ThreadPool>,
@@ -128,11 +131,18 @@ impl BatchEnv {
         let is_same_step = autoreset == Autoreset::SameStep;
         let last_observation = spec.rows(if is_same_step { rows } else { 0 });
         let decoder = *env.decoder();
+        let choices = match decoder.spec() {
+            ActionSpec::Discrete(choices) if decoder.kind() == ActionKind::Target => choices,
+            _ => 0,
+        };
+        let last_choices = if is_same_step { choices } else { 0 };
         let form = Form {
             autoreset,
             width: buffers::width(&decoder),
             sizes,
             last_sizes: if is_same_step { sizes } else { Sizes::default() },
+            choices,
+            last_choices,
             rows_a_task: if sizes.maps > 0 { MAP_ROWS_A_TASK } else { ROWS_A_TASK },
         };
         let threads = threads.min(rows / form.rows_a_task);
@@ -148,6 +158,7 @@ impl BatchEnv {
             states: vec![State::Unstarted; rows],
             last: vec![None; rows],
             last_observation,
+            last_mask: vec![false; rows * last_choices],
             decoder,
             form,
             pool,
@@ -188,12 +199,12 @@ impl BatchEnv {
     ///
     /// If a buffer of `out` has another number of rows; no row has moved then.
     pub fn step(&mut self, actions: Actions, out: StepMut) -> Result<usize, BatchError> {
-        out.check(self.envs.len());
+        out.check(self.envs.len(), self.form.choices);
         self.check_observation(&out.observation);
         self.check(actions)?;
-        let Self { envs, states, last, last_observation, form, pool, .. } = self;
+        let Self { envs, states, last, last_observation, last_mask, form, pool, .. } = self;
         let last_observation = last_observation.as_mut();
-        let rows = Rows { envs, states, last, last_observation, actions, out };
+        let rows = Rows { envs, states, last, last_observation, last_mask, actions, out };
         Ok(match pool {
             Some(pool) => pool.install(|| rows.step_shared(*form)),
             None => rows.step(*form),
@@ -255,6 +266,32 @@ impl BatchEnv {
         assert_eq!(got, expected, "the observation buffer has the wrong length");
     }
 
+    /// Places of a row's action mask: as many as choices for the action kind `target`, none for the others.
+    #[must_use]
+    pub fn mask_width(&self) -> usize {
+        self.form.choices
+    }
+
+    /// Writes which choices are open in every row that has begun an episode; nothing in the others.
+    ///
+    /// # Panics
+    ///
+    /// If `masks` does not have a place for each choice of each row; continuous kinds have none.
+    pub fn action_masks(&mut self, masks: &mut [bool]) {
+        let choices = match self.decoder.spec() {
+            ActionSpec::Discrete(choices) => choices,
+            ActionSpec::Continuous(_) => 0,
+        };
+        assert_eq!(masks.len(), self.envs.len() * choices, "the buffer has the wrong length");
+        for ((env, state), mask) in
+            self.envs.iter_mut().zip(&self.states).zip(masks.chunks_exact_mut(choices.max(1)))
+        {
+            if *state != State::Unstarted {
+                env.action_mask(mask);
+            }
+        }
+    }
+
     /// How a row's latest episode to end ended; `None` if none has.
     ///
     /// # Panics
@@ -285,6 +322,12 @@ impl BatchEnv {
     #[must_use]
     pub fn rows(&self) -> &[Env] {
         &self.envs
+    }
+
+    /// The action mask at the end of every row's latest episode to end, kept as long as its last observation.
+    #[must_use]
+    pub fn last_masks(&self) -> &[bool] {
+        &self.last_mask
     }
 
     /// The parts of an observation.

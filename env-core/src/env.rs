@@ -9,9 +9,10 @@ mod summary;
 pub use snapshot::SnapshotError;
 pub use summary::Summary;
 
-use crate::action::{Action, ActionDecoder, ActionError, Command};
+use crate::action::{Action, ActionDecoder, ActionError, ActionSpec, Command, Order};
 use crate::belief::Belief;
-use crate::config::{NamedStart, Start, ValidScenario};
+use crate::candidates::{Candidates, Purpose};
+use crate::config::{ActionKind, NamedStart, ObservationKind, Start, ValidScenario};
 use crate::deck::Deck;
 use crate::episode::{End, Episode, Limits};
 use crate::geometry::{Point, Pose};
@@ -41,6 +42,8 @@ pub struct Env {
     deck: Deck,
     sensor: Sensor,
     belief: Belief,
+    /// Where the action kind or the observation needs them.
+    candidates: Option<Candidates>,
     episode: Episode,
 }
 
@@ -57,6 +60,17 @@ pub struct Step {
     pub distance_m: f64,
     /// Whether the action had to be clipped into its range.
     pub is_clipped: bool,
+}
+
+impl Step {
+    /// This and what came next within the same step.
+    fn followed_by(mut self, next: &Self) -> Self {
+        self.terms.add(&next.terms);
+        self.end = next.end;
+        self.weeds_mowed += next.weeds_mowed;
+        self.distance_m += next.distance_m;
+        self
+    }
 }
 
 /// Where and among which weeds an episode begins, where that is not left to the scenario.
@@ -91,6 +105,8 @@ impl Env {
             deck: Deck::new(site.deck_width_m),
             sensor: Sensor::new(site.sensor_range_m, site.sensor_width_m),
             belief: Belief::new(grid),
+            candidates: needs_candidates(scenario)
+                .then(|| Candidates::new(&scenario.action, &site, grid)),
             episode: Episode::unstarted(),
         }
     }
@@ -155,9 +171,13 @@ impl Env {
         let Self { sensor, mower, weeds, belief, .. } = self;
         let percept = sensor.look_around(mower.frame(), weeds, belief.ground());
         self.belief.absorb_percept(&percept, &self.weeds);
+        if let Some(candidates) = &mut self.candidates {
+            candidates.reset();
+        }
     }
 
-    /// One step of the Gymnasium environment: drives as `action` says, for at most one control period.
+    /// One step of the Gymnasium environment: drives as `action` says, for at most one control period; with the action
+    /// kind `target` until the mower arrives or detects something.
     ///
     /// # Errors
     ///
@@ -172,10 +192,45 @@ impl Env {
         observation: ObservationMut,
     ) -> Result<Step, ActionError> {
         observation.check(self.encoder.spec().sizes());
-        let (command, is_clipped) = self.decoder.decode(action)?; // action
-        let step = self.drive(command)?;
+        let (order, is_clipped) = self.decoder.decode(action)?; // action
+        let step = match order {
+            Order::Drive(command) => Step { is_clipped, ..self.drive(command)? },
+            Order::Target(place) => self.pursue(place)?,
+        };
         self.observe(observation); // observation
-        Ok(Step { is_clipped, ..step })
+        Ok(step)
+    }
+
+    /// Goes to a candidate, look by look: until the mower arrives, its weed is mowed, or something new is detected. The
+    /// place of no candidate stands for the search, and is reported as clipped.
+    fn pursue(&mut self, place: usize) -> Result<Step, ActionError> {
+        self.episode.check_running()?;
+        let (candidate, is_asked_for) = self.candidates().chosen(place);
+        let detected = self.belief.detected();
+        let mut whole: Option<Step> = None;
+        for segment in candidate.way.segments() {
+            let mut left_m = segment.length_m;
+            while left_m > 0.0 {
+                let distance_m = left_m.min(self.mower.to_next_look_m());
+                left_m -= distance_m;
+                if whole.is_some() {
+                    self.episode.resume_step();
+                }
+                let part =
+                    self.drive(Command { curvature_per_m: segment.curvature_per_m, distance_m })?;
+                let step = whole.map_or(part, |step| step.followed_by(&part));
+                whole = Some(step);
+                let is_mowed = match candidate.purpose {
+                    Purpose::Weed(number) => !self.belief.known().holds(number),
+                    _ => false,
+                };
+                if step.end != End::Running || self.belief.detected() > detected || is_mowed {
+                    return Ok(Step { is_clipped: !is_asked_for, ..step });
+                }
+            }
+        }
+        let step = whole.expect("every way is longer than nothing");
+        Ok(Step { is_clipped: !is_asked_for, ..step })
     }
 
     /// Carries out one command of any length: the phases of a step between action and observation.
@@ -185,6 +240,9 @@ impl Env {
     /// [`ActionError`]; the state is then as it was.
     pub fn drive(&mut self, command: Command) -> Result<Step, ActionError> {
         self.episode.check_running()?;
+        if let Some(candidates) = &mut self.candidates {
+            candidates.expire();
+        }
         let command = self.limits.cut(self.decoder.check(command)?, self.mower.path_m());
         let (mut tally, mut is_off_site) = (Tally::default(), false);
         'motion: for piece in self.mower.motion(command) {
@@ -221,7 +279,41 @@ impl Env {
     /// If `observation` is not one row of [`Env::observation_spec`].
     pub fn observe(&mut self, observation: ObservationMut) {
         let view = View::new(&self.site, &self.mower, &self.belief);
-        self.encoder.encode(&view, observation);
+        if let Some(candidates) = &mut self.candidates {
+            candidates.refresh(&view);
+        }
+        self.encoder.encode(&view, self.candidates.as_ref(), observation);
+    }
+
+    /// The places that the action kind `target` chooses from now.
+    ///
+    /// # Panics
+    ///
+    /// If neither the action kind nor the observation has candidates.
+    pub fn candidates(&mut self) -> &Candidates {
+        let view = View::new(&self.site, &self.mower, &self.belief);
+        let candidates = self.candidates.as_mut().expect("this scenario has candidates");
+        candidates.refresh(&view);
+        candidates
+    }
+
+    /// Writes which of the action's choices are open to `mask`: all of them, but for the action kind `target`.
+    ///
+    /// # Panics
+    ///
+    /// If `mask` does not have one place for each choice; continuous kinds have none.
+    pub fn action_mask(&mut self, mask: &mut [bool]) {
+        let choices = match self.decoder.spec() {
+            ActionSpec::Discrete(choices) => choices,
+            ActionSpec::Continuous(_) => 0,
+        };
+        assert_eq!(mask.len(), choices, "the mask has one place for each choice");
+        mask.fill(true);
+        if self.decoder.kind() == ActionKind::Target {
+            for (is_open, row) in mask.iter_mut().zip(self.candidates().rows()) {
+                *is_open = row.is_some();
+            }
+        }
     }
 
     /// All that an agent may know.
@@ -265,6 +357,11 @@ impl Env {
     pub fn weeds(&self) -> &Weeds {
         &self.weeds
     }
+}
+
+fn needs_candidates(scenario: &ValidScenario) -> bool {
+    scenario.action.kind == ActionKind::Target
+        || matches!(scenario.observation.kind, ObservationKind::Candidates | ObservationKind::Dict)
 }
 
 fn start_pose(scenario: &ValidScenario) -> Pose {

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::action::{ActionError, Command};
-use crate::config::ValidScenario;
+use crate::config::{ActionKind, ValidScenario};
+use crate::mower::LOOK_SPACING_M;
 use crate::site::Site;
 use crate::view::View;
 
@@ -73,16 +74,21 @@ pub struct Limits {
 impl Limits {
     /// The limits of a scenario.
     ///
-    /// Standing still ends too: an episode has at most four times the steps that the budget takes at full speed.
+    /// Standing still ends too: an episode has at most four times the steps that the budget takes at full speed. A step of
+    /// the action kind `target` counts as the way between two looks: it goes somewhere, unless a look cuts it short.
     #[must_use]
     pub fn new(scenario: &ValidScenario, site: &Site, cells: usize) -> Self {
         let budget_m = scenario.episode.budget * site.bcp_length_m;
+        let step_m = match scenario.action.kind {
+            ActionKind::Target => LOOK_SPACING_M,
+            _ => site.control_distance_m,
+        };
         let unseen_goal = (1.0 - scenario.episode.seen_goal) * cells as f64 + 1e-9;
         Self {
             budget_m,
             bcp_length_m: site.bcp_length_m,
             unseen_goal,
-            steps: 4.0 * budget_m / site.control_distance_m,
+            steps: 4.0 * budget_m / step_m,
         }
     }
 
@@ -159,6 +165,11 @@ impl Episode {
             Some(_) => Err(ActionError::EpisodeOver),
             None => Err(ActionError::NotReset),
         }
+    }
+
+    /// Takes back the last count of a step: it goes on with another command.
+    pub fn resume_step(&mut self) {
+        self.steps = self.steps.saturating_sub(1);
     }
 
     /// Judges the step just taken; `is_off_site` says that a look in it found the mower beyond the headland.

@@ -380,6 +380,20 @@ impl CellSet {
         self.words[tile] >> bit & 1 == 1
     }
 
+    /// Which of the 64 columns from `first` on a row has in the set, lowest bit first; columns beyond the grid are not in it.
+    #[inline]
+    #[must_use]
+    pub fn bits_from(&self, grid: &Grid, first: usize, row: usize) -> u64 {
+        let start = row / TILE * grid.tile_columns;
+        let words = &self.words[start + first / TILE..start + grid.tile_columns];
+        let eighth = |word: &u64| word >> (TILE * (row % TILE)) & 0xff;
+        // Of the first tile the columns before `first` are shifted out, which makes room for a ninth tile.
+        let shift = first % TILE;
+        let bits = words.iter().take(TILE).rev().fold(0, |bits, word| bits << TILE | eighth(word));
+        let ninth = words.get(TILE).map_or(0, eighth);
+        if shift == 0 { bits } else { bits >> shift | ninth << (64 - shift) }
+    }
+
     /// How many cells of the set come before bit `bit` of its tile.
     #[inline]
     #[must_use]

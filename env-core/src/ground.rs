@@ -1,5 +1,7 @@
 //! The ground seen so far.
 
+use std::ops::Range;
+
 use crate::geometry::Point;
 use crate::grid::{Cell, CellSet, Grid, TILE};
 use crate::math::{floor_index, larger, smaller};
@@ -61,6 +63,27 @@ impl SeenGround {
     #[must_use]
     pub fn is_seen(&self, column: usize, row: usize) -> bool {
         !self.unseen.contains(&self.grid, column, row)
+    }
+
+    /// Calls `visit` with a column and bits, lowest first: which of the columns from there on are unseen in `row`. Every
+    /// unseen cell of `columns` is among them, and no other.
+    #[inline]
+    pub fn for_each_unseen(
+        &self,
+        columns: Range<usize>,
+        row: usize,
+        mut visit: impl FnMut(usize, u64),
+    ) {
+        let mut first = columns.start;
+        while first < columns.end {
+            let left = columns.end - first;
+            let mask = if left < 64 { !(u64::MAX << left) } else { u64::MAX };
+            let bits = self.unseen.bits_from(&self.grid, first, row) & mask;
+            if bits != 0 {
+                visit(first, bits);
+            }
+            first += 64;
+        }
     }
 
     /// Number of cells not seen yet.

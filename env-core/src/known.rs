@@ -108,7 +108,7 @@ impl KnownWeeds {
         self.list.binary_search_by_key(&number, |weed| weed.number).ok()
     }
 
-    /// Whether the weed of that number is known.
+    /// Whether the weed of that number is known and not yet mowed.
     #[must_use]
     pub fn holds(&self, number: u32) -> bool {
         self.index_of(number).is_some()

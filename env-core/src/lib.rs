@@ -14,6 +14,7 @@
 //! | [`action`], [`mower`] | from an agent's numbers to a motion |
 //! | [`deck`] | **where a weed is mowed** |
 //! | [`sensor`], [`belief`], [`view`] | **who may see it**: what a look shows, what the mower remembers, what an agent gets |
+//! | [`candidates`] | the places that the action kind `target` chooses from |
 //! | [`episode`], [`reward`] | when it ends, and **what it is worth** |
 //! | [`observation`], [`mod@env`] | numbers for learners, and the step that joins all of this |
 //! | [`batch`] | many environments, stepped together |
@@ -44,6 +45,7 @@ pub mod deck;
 pub mod sensor;
 pub mod belief;
 pub mod view;
+pub mod candidates;
 pub mod episode;
 pub mod reward;
 pub mod observation;

@@ -76,6 +76,12 @@ impl Mower {
         self.looks
     }
 
+    /// Way to the next look, metres.
+    #[must_use]
+    pub fn to_next_look_m(&self) -> f64 {
+        self.looks as f64 * LOOK_SPACING_M - self.path_m
+    }
+
     /// A command in pieces, cut where the sensor looks: at path 0, 0.2, 0.4 ... m, wherever steps begin and end.
     #[must_use]
     pub fn motion(&self, command: Command) -> Motion {

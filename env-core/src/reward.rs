@@ -45,6 +45,13 @@ impl RewardTerms {
         }
     }
 
+    /// Adds the terms of what came next within the same step.
+    pub fn add(&mut self, next: &Self) {
+        self.weed += next.weed;
+        self.path += next.path;
+        self.failure += next.failure;
+    }
+
     /// The reward.
     #[must_use]
     pub fn total(&self) -> f64 {

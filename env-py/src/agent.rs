@@ -105,7 +105,12 @@ impl Agent {
 }
 
 impl Agent {
-    fn decide(&mut self, env: &Env) -> Result<Option<Vec<f32>>, ActionError> {
+    fn decide(&mut self, env: &Env) -> Result<Option<Vec<f32>>, Error> {
+        let kind = env.core.decoder().kind();
+        if !kind.is_continuous() {
+            let expected = "`steer` or `drive` where a scripted agent acts";
+            return Err(ConfigError::value("action.kind", expected, kind.name()).into());
+        }
         let end = env.core.end().ok_or(ActionError::NotReset)?;
         let mut present = match self.present.take() {
             Some(present) if present.episode == env.episode => present,
@@ -119,7 +124,7 @@ impl Agent {
 
     /// Starts afresh: with the planner of the `last` episode, unless the action kind has changed.
     fn begin(&self, last: Option<Present>, env: &Env) -> Present {
-        let kind = env.core.scenario().action.kind;
+        let kind = env.core.decoder().kind();
         let planner = last.filter(|last| last.kind == kind).map(|last| last.planner);
         let mut planner = planner.unwrap_or_else(|| Mutex::new(self.build(kind)));
         planner.get_mut().expect("the mutex is never locked").reset(&env.core.view());
@@ -130,7 +135,7 @@ impl Agent {
     fn build(&self, kind: ActionKind) -> Box<dyn Planner> {
         match kind {
             ActionKind::Drive => self.spec.build(self.seed),
-            ActionKind::Steer | ActionKind::Discrete => self.spec.build_tracked(self.seed),
+            _ => self.spec.build_tracked(self.seed),
         }
     }
 }

@@ -1,8 +1,10 @@
 //! Many environments in Python's hands.
 
-use numpy::{PyArray1, PyReadonlyArray1};
+use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
+use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
+use swath_core::action::ActionSpec;
 use swath_core::batch::{Autoreset, BatchEnv, BatchOptions, StepMut};
 use swath_core::config::ConfigError;
 use swath_core::env::Beginning;
@@ -11,7 +13,7 @@ use swath_core::observation::ObservationMut;
 
 use crate::action::ActionBuffer;
 use crate::errors::Error;
-use crate::infos::{Columns, Put, final_infos, infos, put_summaries};
+use crate::infos::{Columns, Put, final_infos, infos, put_summaries, table};
 use crate::observations::ObservationArrays;
 use crate::scenario::Scenario;
 use crate::seed::Seed;
@@ -56,6 +58,9 @@ struct StepTable {
     path: Vec<f64>,
     failure: Vec<f64>,
     is_clipped: Vec<bool>,
+    distance_m: Vec<f64>,
+    /// Row by row; empty but for the action kind `target`.
+    action_mask: Vec<bool>,
     /// Every row.
     all: Vec<bool>,
 }
@@ -81,14 +86,16 @@ impl Batch {
             }
         };
         let options = BatchOptions { rows: num_envs, autoreset, threads: num_threads };
+        let core = BatchEnv::new(&scenario.get().scenario, options);
+        let table = StepTable::new(num_envs, core.mask_width());
         Ok(Self {
-            core: BatchEnv::new(&scenario.get().scenario, options),
+            core,
             scenario: scenario.unbind(),
             options,
             kept: None,
             is_copied: copy,
             actions: ActionBuffer::default(),
-            table: StepTable::new(num_envs),
+            table,
             returns: vec![0.0; num_envs],
             lengths: vec![0; num_envs],
         })
@@ -139,6 +146,15 @@ impl Batch {
             Ok(())
         });
         self.table.clear();
+        if self.core.mask_width() > 0 {
+            self.core.action_masks(&mut self.table.action_mask);
+            let choices = self.core.mask_width();
+            for (of_row, &is_begun) in self.table.action_mask.chunks_exact_mut(choices).zip(&mask) {
+                if !is_begun {
+                    of_row.fill(false);
+                }
+            }
+        }
         Ok((observation?.0, infos(py, self.table.columns(), &mask)?))
     }
 
@@ -195,6 +211,17 @@ impl Batch {
         let reward = PyArray1::from_slice(py, &reward);
         let is_done = PyArray1::from_slice(py, &is_done);
         Ok((observation, reward, is_done, PyList::new(py, infos)?, ended_rows))
+    }
+
+    /// Which choices of the action are open, (rows, choices); an `AttributeError` where actions are no choices.
+    #[getter]
+    fn action_masks<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
+        let ActionSpec::Discrete(choices) = self.core.decoder().spec() else {
+            return Err(PyAttributeError::new_err("actions of this kind are not masked"));
+        };
+        let mut masks = vec![true; self.options.rows * choices];
+        self.core.action_masks(&mut masks);
+        table(py, &masks, self.options.rows)
     }
 
     /// Whether every row has begun an episode.
@@ -326,7 +353,7 @@ impl Batch {
         let final_obs: Vec<_> = mask.iter().enumerate().map(final_obs).collect::<PyResult<_>>()?;
         let put = Put { dict: infos, mask };
         put.named("final_obs", &final_obs)?;
-        put.dict("final_info", &final_infos(py, mask, &ended)?)
+        put.dict("final_info", &final_infos(py, mask, &ended, self.core.last_masks())?)
     }
 
     /// The last info of an episode for stable-baselines3.
@@ -337,6 +364,12 @@ impl Batch {
             spec::observation(py, self.core.observation_spec(), self.core.last_observation(), row)?;
         info.set_item("terminal_observation", observation)?;
         crate::env::write_info(info, &last.terms, last.is_clipped)?;
+        let choices = self.core.mask_width();
+        if choices > 0 {
+            let mask = &self.core.last_masks()[row * choices..(row + 1) * choices];
+            info.set_item("elapsed_m", last.distance_m)?;
+            info.set_item("action_mask", PyArray1::from_slice(py, mask))?;
+        }
         write_summary(info, &last.summary, last.outcome)?;
         let episode = PyDict::new(py);
         episode.set_item("r", self.returns[row])?;
@@ -395,7 +428,7 @@ impl Batch {
 }
 
 impl StepTable {
-    fn new(rows: usize) -> Self {
+    fn new(rows: usize, choices: usize) -> Self {
         let (zeros, flags) = (vec![0.0; rows], vec![false; rows]);
         Self {
             reward: zeros.clone(),
@@ -403,15 +436,18 @@ impl StepTable {
             truncated: flags.clone(),
             weed: zeros.clone(),
             path: zeros.clone(),
-            failure: zeros,
+            failure: zeros.clone(),
             is_clipped: flags,
+            distance_m: zeros,
+            action_mask: vec![false; rows * choices],
             all: vec![true; rows],
         }
     }
 
     /// Nothing has happened in any row.
     fn clear(&mut self) {
-        *self = Self::new(self.all.len());
+        let rows = self.all.len();
+        *self = Self::new(rows, self.action_mask.len() / rows);
     }
 
     /// The columns, and `observation`, to be written by a step.
@@ -425,12 +461,15 @@ impl StepTable {
             path: &mut self.path,
             failure: &mut self.failure,
             is_clipped: &mut self.is_clipped,
+            distance_m: &mut self.distance_m,
+            action_mask: &mut self.action_mask,
         }
     }
 
     fn columns(&self) -> Columns<'_> {
-        let Self { weed, path, failure, is_clipped, .. } = self;
-        Columns { weed, path, failure, is_clipped }
+        let Self { weed, path, failure, is_clipped, distance_m, action_mask, .. } = self;
+        let decision = (!action_mask.is_empty()).then_some((&distance_m[..], &action_mask[..]));
+        Columns { weed, path, failure, is_clipped, decision }
     }
 
     /// Which rows ended with the latest step.

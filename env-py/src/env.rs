@@ -2,8 +2,11 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use swath_core::action::{ActionError, ActionSpec};
+use swath_core::config::{ActionKind, ConfigError};
 use swath_core::env::{self, Beginning};
 use swath_core::episode::End;
 use swath_core::geometry::Point;
@@ -32,6 +35,7 @@ pub(crate) struct Env {
     scenario: Py<Scenario>,
     action: Vec<f32>,
     observation: Observation,
+    mask: Vec<bool>,
 }
 
 #[pymethods]
@@ -40,7 +44,8 @@ impl Env {
     fn new(scenario: Bound<Scenario>) -> Self {
         let core = env::Env::new(&scenario.get().scenario);
         let observation = core.observation_spec().rows(1);
-        Self { core, episode: 0, scenario: scenario.unbind(), action: Vec::new(), observation }
+        let (action, mask) = (Vec::new(), Vec::new());
+        Self { core, episode: 0, scenario: scenario.unbind(), action, observation, mask }
     }
 
     /// The scenario that the environment was made for.
@@ -102,7 +107,7 @@ impl Env {
     ) -> Result<Step<'py>, Error> {
         let action = read_action(action, self.core.decoder().spec(), &mut self.action)?;
         let step = self.core.step(action, self.observation.as_mut())?;
-        let info = info(py, &step.terms, step.is_clipped)?;
+        let info = self.info(py, &step.terms, step.is_clipped, step.distance_m)?;
         let (terminated, truncated) = match step.end {
             End::Running => (false, false),
             End::Terminated(_) => (true, false),
@@ -113,6 +118,21 @@ impl Env {
         }
         let observation = self.observation(py)?;
         Ok((observation, step.terms.total(), terminated, truncated, info))
+    }
+
+    /// Which choices of the action are open, (choices,).
+    fn action_masks<'py>(&mut self, py: Python<'py>) -> Result<Bound<'py, PyArray1<bool>>, Error> {
+        let ActionSpec::Discrete(choices) = self.core.decoder().spec() else {
+            let expected = "`discrete` or `target` where actions are masked";
+            let got = self.core.decoder().kind().name();
+            return Err(ConfigError::value("action.kind", expected, got).into());
+        };
+        if self.core.end().is_none() {
+            return Err(ActionError::NotReset.into());
+        }
+        self.mask.resize(choices, true);
+        self.core.action_mask(&mut self.mask);
+        Ok(PyArray1::from_slice(py, &self.mask))
     }
 
     /// The whole state as bytes.
@@ -150,22 +170,30 @@ impl Env {
         spec::observation(py, self.core.observation_spec(), &self.observation, 0)
     }
 
+    /// The info of a step: what the reward consists of, and whether the action was clipped; with the action kind `target`
+    /// also how far the mower came and what it may choose next.
+    fn info<'py>(
+        &mut self,
+        py: Python<'py>,
+        terms: &RewardTerms,
+        is_clipped: bool,
+        distance_m: f64,
+    ) -> Result<Bound<'py, PyDict>, Error> {
+        let info = PyDict::new(py);
+        write_info(&info, terms, is_clipped)?;
+        if self.core.decoder().kind() == ActionKind::Target {
+            info.set_item(pyo3::intern!(py, "elapsed_m"), distance_m)?;
+            info.set_item(pyo3::intern!(py, "action_mask"), self.action_masks(py)?)?;
+        }
+        Ok(info)
+    }
+
     fn begun<'py>(&mut self, py: Python<'py>) -> Result<Reset<'py>, Error> {
         self.episode = NEXT_EPISODE.fetch_add(1, Ordering::Relaxed);
         self.core.observe(self.observation.as_mut());
-        Ok((self.observation(py)?, info(py, &RewardTerms::default(), false)?))
+        let info = self.info(py, &RewardTerms::default(), false, 0.0)?;
+        Ok((self.observation(py)?, info))
     }
-}
-
-/// The info of a step: what the reward consists of, and whether the action was clipped.
-fn info<'py>(
-    py: Python<'py>,
-    terms: &RewardTerms,
-    is_clipped: bool,
-) -> PyResult<Bound<'py, PyDict>> {
-    let info = PyDict::new(py);
-    write_info(&info, terms, is_clipped)?;
-    Ok(info)
 }
 
 /// Writes what the reward consists of, and whether the action was clipped.

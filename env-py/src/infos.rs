@@ -1,7 +1,7 @@
 //! The infos of a batch, formed as Gymnasium's `SyncVectorEnv` forms them: an array for each key, and under the key with
 //! an underscore in front the rows that have it.
 
-use numpy::PyArray1;
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use swath_core::batch::Last;
@@ -17,6 +17,8 @@ pub(crate) struct Columns<'a> {
     pub(crate) failure: &'a [f64],
     /// Whether the action was clipped.
     pub(crate) is_clipped: &'a [bool],
+    /// For the action kind `target`: the way driven, metres, and which choices are open, row by row.
+    pub(crate) decision: Option<(&'a [f64], &'a [bool])>,
 }
 
 /// The infos of running rows; `mask` says which rows have one.
@@ -37,7 +39,22 @@ pub(crate) fn infos<'py>(
     put.array(key, mask_key, columns.is_clipped)?;
     let (key, mask_key) = (pyo3::intern!(py, "reward_terms"), pyo3::intern!(py, "_reward_terms"));
     put.object(key, mask_key, terms.as_any())?;
+    if let Some((distances_m, masks)) = columns.decision {
+        let (key, mask_key) = (pyo3::intern!(py, "elapsed_m"), pyo3::intern!(py, "_elapsed_m"));
+        put.array(key, mask_key, distances_m)?;
+        let (key, mask_key) = (pyo3::intern!(py, "action_mask"), pyo3::intern!(py, "_action_mask"));
+        put.object(key, mask_key, table(py, masks, mask.len())?.as_any())?;
+    }
     Ok(infos)
+}
+
+/// A table with `rows` rows.
+pub(crate) fn table<'py>(
+    py: Python<'py>,
+    flags: &[bool],
+    rows: usize,
+) -> PyResult<Bound<'py, PyArray2<bool>>> {
+    PyArray1::from_slice(py, flags).reshape([rows, flags.len() / rows])
 }
 
 /// The numbers of the episodes that ended with this step; of the other rows there is no `Last`.
@@ -68,8 +85,15 @@ pub(crate) fn final_infos<'py>(
     py: Python<'py>,
     mask: &[bool],
     ended: &[Option<&Last>],
+    masks: &[bool],
 ) -> PyResult<Bound<'py, PyDict>> {
+    // Rows without an ended episode have zeros.
+    let choices = masks.len() / ended.len();
+    let masks: Vec<bool> =
+        masks.iter().enumerate().map(|(at, &open)| open && ended[at / choices].is_some()).collect();
+    let distances_m = column(ended, |last| last.distance_m);
     let columns = Columns {
+        decision: (choices > 0).then_some((&distances_m, &masks)),
         weed: &column(ended, |last| last.terms.weed),
         path: &column(ended, |last| last.terms.path),
         failure: &column(ended, |last| last.terms.failure),

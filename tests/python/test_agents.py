@@ -157,3 +157,12 @@ def test_an_agent_refuses_other_environments():
 def test_an_agent_waits_for_the_reset():
     with pytest.raises(swath.ActionError, match="`reset` must come before the first step"):
         swath.make_agent("jump").act(gym.make(ID, action={"kind": "drive"}))
+
+
+@pytest.mark.parametrize("kind", ["discrete", "target"])
+def test_an_agent_refuses_to_act_by_choices(kind):
+    env = gym.make("swath/MowerRouting-v0", action={"kind": kind})
+    env.reset(seed=0)
+    with pytest.raises(swath.ConfigError) as error:
+        swath.make_agent("bcp").act(env)
+    assert str(error.value) == f"`action.kind` must be `steer` or `drive` where a scripted agent acts, got {kind}"

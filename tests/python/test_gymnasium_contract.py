@@ -20,7 +20,9 @@ from gymnasium.utils.env_checker import check_env
 import swath
 
 ID = "swath/MowerRouting-v0"
-KINDS = ["steer", "drive"]
+KINDS = ["steer", "drive", "discrete", "target"]
+NUMBERS = ["steer", "drive"]
+OBSERVATIONS = ["features", "maps", "candidates", "dict"]
 STEP_KEYS = {"reward_terms", "action_clipped"}
 LAST_KEYS = set(swath.Summary.__annotations__)
 
@@ -42,25 +44,47 @@ def make(kind="steer", **blocks):
 def actions(env, count, seed=0):
     """Random actions that never repeat across calls with other seeds."""
     rng = np.random.default_rng(seed)
+    if isinstance(env.action_space, gym.spaces.Discrete):
+        return rng.integers(env.action_space.n, size=count)
     return rng.uniform(-1, 1, (count, *env.action_space.shape)).astype(np.float32)
 
 
 def transcript(env, steps):
-    """All that an episode shows, as bytes."""
-    return [as_bytes(env.step(action)) for action in steps]
+    """All that an episode shows until it ends, as bytes."""
+    shown = []
+    for action in steps:
+        result = env.step(action)
+        shown.append(as_bytes(result))
+        if result[2] or result[3]:
+            break
+    return shown
 
 
 def as_bytes(result):
     observation, *rest = result
-    return observation.tobytes(), repr(rest)
+    return b"".join(part.tobytes() for part in parts(observation)), repr(rest)
+
+
+def parts(observation):
+    return list(observation.values()) if isinstance(observation, dict) else [observation]
+
+
+def step_keys(env):
+    is_target = env.unwrapped.scenario.to_dict()["action"]["kind"] == "target"
+    return STEP_KEYS | ({"elapsed_m", "action_mask"} if is_target else set())
+
+
+def any_action(env):
+    return 0 if isinstance(env.action_space, gym.spaces.Discrete) else np.ones(env.action_space.shape, np.float32)
 
 
 # The checker
 
 
+@pytest.mark.parametrize("observation", OBSERVATIONS)
 @pytest.mark.parametrize("scenario", [None, "pasture", "cowbot-field"])
-def test_the_checker_has_nothing_to_say(kind, scenario):
-    check_env(make(kind, scenario=scenario))
+def test_the_checker_has_nothing_to_say(kind, observation, scenario):
+    check_env(make(kind, observation={"kind": observation}, scenario=scenario))
 
 
 def test_the_checker_has_nothing_to_say_about_short_episodes(kind):
@@ -96,15 +120,54 @@ def test_gymnasium_copies_of_the_environment_follow_seed_plus_index():
 # Spaces
 
 
-def test_bounds_are_finite_and_every_number_has_a_name(env):
+def test_bounds_are_finite_and_every_number_has_a_name(env, kind):
     space = env.observation_space
     assert (space.shape, space.dtype) == ((39,), np.float32)
     assert np.isfinite(space.low).all()
     assert np.isfinite(space.high).all()
     assert len(set(env.observation_names)) == 39
-    assert env.action_space == gym.spaces.Box(
-        -1, 1, ({"steer": 1, "drive": 2}[env.scenario.to_dict()["action"]["kind"]],)
+    assert (
+        env.action_space
+        == {
+            "steer": gym.spaces.Box(-1, 1, (1,)),
+            "drive": gym.spaces.Box(-1, 1, (2,)),
+            "discrete": gym.spaces.Discrete(5),
+            "target": gym.spaces.Discrete(16),
+        }[kind]
     )
+
+
+def test_the_parts_of_an_observation_have_the_documented_forms():
+    spaces = {kind: make(observation={"kind": kind}).observation_space for kind in OBSERVATIONS}
+    assert (spaces["candidates"].shape, spaces["candidates"].dtype) == ((16 * 11,), np.float32)
+    assert spaces["maps"] == gym.spaces.Box(0, 255, (12 * 32 * 32,), np.uint8)
+    mask = gym.spaces.MultiBinary(16)
+    expected = {part: spaces[part] for part in ("features", "candidates", "maps")} | {"action_mask": mask}
+    assert spaces["dict"] == gym.spaces.Dict(expected)
+    tables = gym.make(ID, observation={"kind": "dict", "flat": False}, action={"weeds": 3, "views": 0})
+    assert tables.observation_space["candidates"].shape == (4, 11)
+    assert tables.observation_space["maps"].shape == (12, 32, 32)
+
+
+def test_flat_tables_are_the_tables_row_by_row():
+    flat, shaped = (make("target", observation={"kind": "dict", "flat": is_flat}) for is_flat in (True, False))
+    one, other = flat.reset(seed=3)[0], shaped.reset(seed=3)[0]
+    for action in actions(flat, 20):
+        assert list(one) == list(other) == ["features", "candidates", "action_mask", "maps"]
+        for part in one:
+            assert np.array_equal(one[part], other[part].reshape(-1))
+        one, other = flat.step(action)[0], shaped.step(action)[0]
+
+
+@pytest.mark.parametrize("observation", OBSERVATIONS)
+def test_every_observation_of_an_episode_of_any_kind_lies_in_the_space(kind, observation):
+    env = make(kind, scenario="cowbot-field", observation={"kind": observation})
+    shown, _ = env.reset(seed=1)
+    for action in actions(env, 100):
+        assert shown in env.observation_space
+        shown, _, terminated, truncated, _ = env.step(action)
+        if terminated or truncated:
+            shown, _ = env.reset()
 
 
 def test_every_observation_of_an_episode_lies_in_the_space(env):
@@ -206,8 +269,8 @@ def test_one_weed_on_the_first_pass_is_worth_one_less_the_way_to_it():
 
 def test_without_weeds_there_is_only_the_way(env):
     env.reset(seed=0, options={"weeds": []})
-    _, reward, _, _, info = env.step(np.ones(env.action_space.shape, np.float32))
-    assert reward == info["reward_terms"]["path"] == pytest.approx(-0.5)
+    _, reward, _, _, info = env.step(any_action(env))
+    assert reward == info["reward_terms"]["path"] == pytest.approx(-info.get("elapsed_m", 0.5))
 
 
 @pytest.mark.parametrize(
@@ -239,21 +302,23 @@ def test_flags_are_bool_and_the_reward_is_a_float(env):
     assert type(reward) is float
     assert terminated is False
     assert truncated is False
-    assert set(info) == STEP_KEYS
-    assert info["action_clipped"] is False
+    assert set(info) == step_keys(env)
+    assert type(info["action_clipped"]) is bool
 
 
 def test_the_terms_sum_to_the_reward_and_every_step_has_the_same_keys(env):
     _, info = env.reset(seed=2)
-    assert info == {"reward_terms": {"weed": 0.0, "path": 0.0, "failure": 0.0}, "action_clipped": False}
+    assert set(info) == step_keys(env)
+    assert info["reward_terms"] == {"weed": 0.0, "path": 0.0, "failure": 0.0}
+    assert info["action_clipped"] is False
     for action in actions(env, 300):
         _, reward, terminated, truncated, info = env.step(action)
         assert reward == sum(info["reward_terms"].values())
         assert list(info["reward_terms"]) == ["weed", "path", "failure"]
         if terminated or truncated:
-            assert set(info) == STEP_KEYS | LAST_KEYS
+            assert set(info) == step_keys(env) | LAST_KEYS
             break
-        assert set(info) == STEP_KEYS
+        assert set(info) == step_keys(env)
 
 
 def test_an_action_beyond_the_box_is_clipped_and_said_to_be():
@@ -266,6 +331,7 @@ def test_an_action_beyond_the_box_is_clipped_and_said_to_be():
     assert np.array_equal(first, second)
 
 
+@pytest.mark.parametrize("kind", NUMBERS)
 def test_actions_may_be_anything_that_numpy_reads(env):
     size = env.action_space.shape[0]
     shown = []
@@ -308,7 +374,7 @@ def test_a_step_before_the_first_reset_is_refused(env):
 def test_a_step_after_the_end_is_refused(kind):
     env = make(kind, episode={"budget": 1e-6})
     env.reset(seed=0)
-    env.step(np.ones(env.action_space.shape, np.float32))
+    env.step(any_action(env))
     with pytest.raises(swath.ActionError, match="`reset` must come before the next step: the episode has ended"):
         env.step(env.action_space.sample())
 
@@ -375,6 +441,95 @@ def test_standing_still_ends_too():
     assert info["outcome"] == "step_limit"
 
 
+# Choices
+
+
+@pytest.mark.parametrize(
+    ("action", "text"),
+    [
+        (16, "`action` must be from 0 to 15, got 16"),
+        (-1, "`action` must be from 0 to 15, got -1"),
+        (1.5, "`action` must be a whole number from 0 to 15, got `float`"),
+        (np.zeros(2, np.int64), "`action` must be a whole number from 0 to 15, got `ndarray`"),
+        (None, "`action` must be a whole number from 0 to 15, got `NoneType`"),
+    ],
+)
+def test_a_choice_that_there_is_not_is_refused_before_anything_moves(action, text):
+    env = make("target")
+    env.reset(seed=0)
+    before = env.snapshot()
+    with pytest.raises(swath.ActionError) as error:
+        env.step(action)
+    assert str(error.value) == text
+    assert env.snapshot() == before
+
+
+def test_choices_may_be_any_whole_number():
+    shown = []
+    for action in (15, np.int64(15), np.uint8(15), np.array(15)):
+        env = make("target")
+        env.reset(seed=0)
+        shown.append(as_bytes(env.step(action)))
+    assert all(one == shown[0] for one in shown)
+
+
+def test_the_mask_is_told_in_three_places():
+    env = make("target", observation={"kind": "dict"})
+    observation, info = env.reset(seed=5)
+    for action in actions(env, 60):
+        mask = env.action_masks()
+        assert (mask.shape, mask.dtype) == ((16,), bool)
+        assert mask[-1]
+        assert np.array_equal(mask, info["action_mask"])
+        assert np.array_equal(mask, observation["action_mask"])
+        rows = observation["candidates"].reshape(16, 11)
+        assert np.array_equal(mask, rows[:, :3].any(axis=1))
+        observation, _, _, _, info = env.step(action)
+        assert info["action_clipped"] is not bool(mask[action])
+        assert info["elapsed_m"] == pytest.approx(-info["reward_terms"]["path"])
+
+
+def test_a_closed_candidate_stands_for_the_search():
+    closed, search = make("target"), make("target")
+    _, info = closed.reset(seed=5, options={"weeds": []})
+    search.reset(seed=5, options={"weeds": []})
+    assert not info["action_mask"][0]
+    first, second = closed.step(0), search.step(15)
+    assert np.array_equal(first[0], second[0])
+    assert (first[1], first[4]["action_clipped"], second[4]["action_clipped"]) == (second[1], True, False)
+
+
+def test_the_search_alone_wins():
+    env = make("target", scenario="cowbot-field")
+    env.reset(seed=1)
+    terminated = truncated = False
+    while not (terminated or truncated):
+        _, _, terminated, truncated, info = env.step(env.action_space.n - 1)
+    assert info["outcome"] == "goal"
+    assert info["seen_fraction"] == 1.0
+
+
+def test_masks_are_for_choices():
+    env = make("discrete")
+    with pytest.raises(swath.ActionError, match="`reset` must come before the first step"):
+        env.action_masks()
+    env.reset(seed=0)
+    assert env.action_masks().tolist() == [True] * 5
+    env = make("steer")
+    env.reset(seed=0)
+    with pytest.raises(swath.ConfigError) as error:
+        env.action_masks()
+    assert str(error.value) == "`action.kind` must be `discrete` or `target` where actions are masked, got steer"
+
+
+def test_the_five_curvatures_are_those_of_steer():
+    for choice, curvature in enumerate([-1.0, -0.5, 0.0, 0.5, 1.0]):
+        chosen, steered = make("discrete"), make("steer")
+        chosen.reset(seed=0)
+        steered.reset(seed=0)
+        assert as_bytes(chosen.step(choice)) == as_bytes(steered.step([curvature]))
+
+
 # Fresh data
 
 
@@ -385,19 +540,22 @@ def test_what_a_step_returns_is_not_touched_by_later_ones(env):
     for action in actions(env, 20, seed=1):
         env.step(action)
     assert [as_bytes(one) for one in kept] == [as_bytes(one) for one in copies]
-    arrays = [result[0] for result in kept]
+    arrays = [part for result in kept for part in parts(result[0])]
     assert not any(np.shares_memory(one, other) for one, other in itertools.combinations(arrays, 2))
 
 
 def test_what_the_caller_does_to_results_does_not_reach_the_environment(kind):
-    spoilt, clean = make(kind), make(kind)
+    spoilt, clean = (make(kind, observation={"kind": "dict"}) for _ in range(2))
     spoilt.reset(seed=0)
     clean.reset(seed=0)
     for action in actions(clean, 20):
-        theirs = action.copy()
+        theirs = np.array(action)
         observation, *_, info = spoilt.step(theirs)
-        theirs[:] = observation[:] = np.nan
+        theirs[...] = 0
+        for part in observation.values():
+            part[...] = 0
         info["reward_terms"].clear()
+        info.get("action_mask", np.zeros(1))[:] = False
         clean.step(action)
     assert spoilt.snapshot() == clean.snapshot()
 
@@ -411,15 +569,16 @@ def test_what_the_caller_does_to_results_does_not_reach_the_environment(kind):
     ids=["deepcopy", "pickle", "cloudpickle"],
 )
 @pytest.mark.parametrize("is_wrapped", [False, True])
-def test_a_duplicate_made_in_mid_episode_goes_on_bit_for_bit(kind, duplicate, is_wrapped):
-    env = gym.make(ID, action={"kind": kind}, scenario="cowbot-field")
+@pytest.mark.parametrize("observation", OBSERVATIONS)
+def test_a_duplicate_made_in_mid_episode_goes_on_bit_for_bit(kind, observation, duplicate, is_wrapped):
+    env = gym.make(ID, action={"kind": kind}, observation={"kind": observation}, scenario="cowbot-field")
     env = env if is_wrapped else env.unwrapped
     env.reset(seed=21)
     env.reset()
-    for action in actions(env, 40):
+    for action in actions(env, 8):
         env.step(action)
     twin = duplicate(env)
-    steps = actions(env, 60, seed=1)
+    steps = actions(env, 30, seed=1)
     assert transcript(twin, steps) == transcript(env, steps)
     assert as_bytes(twin.reset()) == as_bytes(env.reset())
     assert twin.unwrapped.snapshot() == env.unwrapped.snapshot()
@@ -434,13 +593,14 @@ def test_an_environment_can_be_pickled_before_its_first_reset(env):
     assert as_bytes(twin.reset(seed=1)) == as_bytes(env.reset(seed=1))
 
 
-def test_a_snapshot_can_be_restored_as_often_as_wanted_and_elsewhere(env, kind):
+@pytest.mark.parametrize("observation", OBSERVATIONS)
+def test_a_snapshot_can_be_restored_as_often_as_wanted_and_elsewhere(kind, observation):
+    env, elsewhere = (make(kind, observation={"kind": observation}) for _ in range(2))
     env.reset(seed=4)
     for action in actions(env, 25):
         env.step(action)
     snapshot, steps = env.snapshot(), actions(env, 25, seed=1)
     shown = transcript(env, steps)
-    elsewhere = make(kind)
     for place in (env, elsewhere, env):
         place.restore(snapshot)
         assert transcript(place, steps) == shown

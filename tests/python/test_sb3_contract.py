@@ -23,10 +23,12 @@ def make(kind):
     return gym.make(ID, scenario="cowbot-field", action={"kind": kind}, episode={"budget": 0.02})
 
 
-@pytest.mark.parametrize("kind", ["steer", "drive"])
-def test_the_checker_has_nothing_to_say(kind):
-    check_env(gym.make(ID, action={"kind": kind}).unwrapped)
-    check_env(gym.make(ID, scenario="pasture", action={"kind": kind}).unwrapped)
+@pytest.mark.parametrize("observation", ["features", "maps", "candidates", "dict"])
+@pytest.mark.parametrize("kind", ["steer", "drive", "discrete", "target"])
+def test_the_checker_has_nothing_to_say(kind, observation):
+    blocks = {"action": {"kind": kind}, "observation": {"kind": observation}}
+    check_env(gym.make(ID, **blocks).unwrapped)
+    check_env(gym.make(ID, scenario="pasture", **blocks).unwrapped)
 
 
 def test_a_vector_of_environments_hands_out_last_observations_and_truncation():
@@ -46,7 +48,7 @@ def test_a_vector_of_environments_hands_out_last_observations_and_truncation():
     assert np.array_equal(observations[0], single.reset()[0])
 
 
-@pytest.mark.parametrize("kind", ["steer", "drive"])
+@pytest.mark.parametrize("kind", ["steer", "drive", "discrete", "target"])
 def test_training_twice_from_one_seed_gives_the_same_network(kind):
     weights = []
     for _ in range(2):
@@ -55,3 +57,13 @@ def test_training_twice_from_one_seed_gives_the_same_network(kind):
         weights.append([parameter.detach().numpy().copy() for parameter in model.policy.parameters()])
     assert all(np.isfinite(first).all() for first in weights[0])
     assert all(np.array_equal(first, second) for first, second in zip(*weights, strict=True))
+
+
+@pytest.mark.parametrize("observation", ["maps", "candidates", "dict"])
+def test_every_observation_can_be_learnt_from(observation):
+    env = gym.make(ID, scenario="cowbot-field", action={"kind": "target"}, observation={"kind": observation})
+    policy = "MultiInputPolicy" if observation == "dict" else "MlpPolicy"
+    model = PPO(policy, env, n_steps=16, batch_size=16, n_epochs=1, seed=1, device="cpu")
+    model.learn(16)
+    action, _ = model.predict(env.reset(seed=0)[0])
+    env.step(action)

@@ -72,15 +72,26 @@ fn batch(toml: &str, rows: usize) -> Work {
     let mut batch = BatchEnv::new(&scenario(toml), options);
     batch.reset(SEED);
     let mut observation = begun(toml).0.observation_spec().rows(rows);
-    let (mut rewards, mut flags) = (vec![0.0; 4 * rows], vec![false; 3 * rows]);
+    let (mut rewards, mut flags) = (vec![0.0; 5 * rows], vec![false; 3 * rows]);
     let mut actions = snake_lap(toml).into_iter();
     let step = move || {
         let actions = vec![actions.next().expect("the lap is long enough"); rows];
-        let [reward, weed, path, failure] = columns(&mut rewards);
+        let [reward, weed, path, failure, distance_m] = columns(&mut rewards);
         let [terminated, truncated, is_clipped] = columns(&mut flags);
         let observation = observation.as_mut();
-        let out =
-            StepMut { observation, reward, terminated, truncated, weed, path, failure, is_clipped };
+        let action_mask = &mut [];
+        let out = StepMut {
+            observation,
+            reward,
+            terminated,
+            truncated,
+            weed,
+            path,
+            failure,
+            is_clipped,
+            distance_m,
+            action_mask,
+        };
         batch.step(Actions::Continuous(&actions), out).expect("the episodes run");
     };
     (500, Box::new(step))

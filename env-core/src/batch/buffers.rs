@@ -75,6 +75,10 @@ pub struct StepMut<'a> {
     pub failure: &'a mut [f64],
     /// Which actions had to be clipped into their range.
     pub is_clipped: &'a mut [bool],
+    /// The ways driven, metres.
+    pub distance_m: &'a mut [f64],
+    /// Which choices are open next, row by row; empty but for the action kind `target`.
+    pub action_mask: &'a mut [bool],
 }
 
 impl StepMut<'_> {
@@ -89,11 +93,13 @@ impl StepMut<'_> {
             path: &mut self.path[..rows],
             failure: &mut self.failure[..rows],
             is_clipped: &mut self.is_clipped[..rows],
+            distance_m: &mut self.distance_m[..rows],
+            action_mask: self.action_mask,
         }
     }
 
     /// The first `rows` rows, and the others.
-    pub(super) fn split_at(self, rows: usize, sizes: Sizes) -> (Self, Self) {
+    pub(super) fn split_at(self, rows: usize, sizes: Sizes, choices: usize) -> (Self, Self) {
         let (observation, more_observations) = self.observation.split_at(rows, sizes);
         let (reward, more_rewards) = self.reward.split_at_mut(rows);
         let (terminated, more_terminated) = self.terminated.split_at_mut(rows);
@@ -102,6 +108,8 @@ impl StepMut<'_> {
         let (path, more_path) = self.path.split_at_mut(rows);
         let (failure, more_failure) = self.failure.split_at_mut(rows);
         let (is_clipped, more_clipped) = self.is_clipped.split_at_mut(rows);
+        let (distance_m, more_distances_m) = self.distance_m.split_at_mut(rows);
+        let (action_mask, more_masks) = self.action_mask.split_at_mut(rows * choices);
         let rest = Self {
             observation: more_observations,
             reward: more_rewards,
@@ -111,14 +119,26 @@ impl StepMut<'_> {
             path: more_path,
             failure: more_failure,
             is_clipped: more_clipped,
+            distance_m: more_distances_m,
+            action_mask: more_masks,
         };
-        let first =
-            Self { observation, reward, terminated, truncated, weed, path, failure, is_clipped };
+        let first = Self {
+            observation,
+            reward,
+            terminated,
+            truncated,
+            weed,
+            path,
+            failure,
+            is_clipped,
+            distance_m,
+            action_mask,
+        };
         (first, rest)
     }
 
-    /// Panics unless every column has `rows` rows.
-    pub(super) fn check(&self, rows: usize) {
+    /// Panics unless every column has `rows` rows, and every row of the masks `choices` places.
+    pub(super) fn check(&self, rows: usize, choices: usize) {
         let lengths = [
             self.reward.len(),
             self.terminated.len(),
@@ -127,8 +147,10 @@ impl StepMut<'_> {
             self.path.len(),
             self.failure.len(),
             self.is_clipped.len(),
+            self.distance_m.len(),
         ];
-        assert_eq!(lengths, [rows; 7], "a buffer of the step has the wrong length");
+        assert_eq!(lengths, [rows; 8], "a buffer of the step has the wrong length");
+        assert_eq!(self.action_mask.len(), rows * choices, "the buffer of masks has the wrong length");
     }
 
     /// Writes all of a row but the observation.
@@ -140,6 +162,7 @@ impl StepMut<'_> {
         self.path[row] = step.terms.path;
         self.failure[row] = step.terms.failure;
         self.is_clipped[row] = step.is_clipped;
+        self.distance_m[row] = step.distance_m;
     }
 
     /// Writes what a reset has to say: no term of a reward, no clipped action.
@@ -148,5 +171,6 @@ impl StepMut<'_> {
         self.path[row] = 0.0;
         self.failure[row] = 0.0;
         self.is_clipped[row] = false;
+        self.distance_m[row] = 0.0;
     }
 }

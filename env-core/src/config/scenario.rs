@@ -53,6 +53,7 @@ impl Scenario {
         self.reward.check()?;
         self.episode.check(&self.mower)?;
         self.observation.check()?;
+        self.action.check()?;
         Ok(ValidScenario(self))
     }
 }

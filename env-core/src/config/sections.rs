@@ -289,23 +289,32 @@ pub enum ObservationKind {
     /// One flat vector: the mower's own state, the nearest known weeds, ranges to unseen ground.
     #[default]
     Features,
+    /// Pictures of the surroundings at four scales: unseen ground, known weeds, what lies outside.
+    Maps,
+    /// A table of the places that the action kind `target` offers.
+    Candidates,
+    /// All of these, and which candidates may be chosen.
+    Dict,
 }
 
 /// What an agent is shown.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ObservationConfig {
-    /// The kind: `features` (default).
+    /// The kind: `features` (default), `maps`, `candidates` or `dict`.
     pub kind: ObservationKind,
     /// How many of the nearest known weeds `features` lists, 1 to 64 (default 8).
     pub nearest_weeds: usize,
     /// How many bearings `features` looks along for unseen ground, 1 to 64 (default 8).
     pub rays: usize,
+    /// Whether `candidates` and `maps` are flat vectors (default true), row by row, instead of tables of two and three
+    /// axes: stable-baselines3 warns of tables, and of pictures of fewer than 36 x 36 points.
+    pub flat: bool,
 }
 
 impl Default for ObservationConfig {
     fn default() -> Self {
-        Self { kind: ObservationKind::Features, nearest_weeds: 8, rays: 8 }
+        Self { kind: ObservationKind::Features, nearest_weeds: 8, rays: 8, flat: true }
     }
 }
 
@@ -332,12 +341,56 @@ pub enum ActionKind {
     Drive,
     /// A choice of five curvatures, from sharp right to sharp left, for one control period.
     Discrete,
+    /// A choice of places: known weeds, views of unseen ground, and the next piece of a search sweep. A step goes there.
+    Target,
+}
+
+impl ActionKind {
+    /// The name in configurations.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Steer => "steer",
+            Self::Drive => "drive",
+            Self::Discrete => "discrete",
+            Self::Target => "target",
+        }
+    }
+
+    /// Whether an action is numbers; else it is a choice.
+    #[must_use]
+    pub fn is_continuous(self) -> bool {
+        matches!(self, Self::Steer | Self::Drive)
+    }
 }
 
 /// How an agent's numbers become a drive command.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ActionConfig {
-    /// The kind: `steer` (default), `drive` or `discrete`.
+    /// The kind: `steer` (default), `drive`, `discrete` or `target`.
     pub kind: ActionKind,
+    /// How many of the nearest known weeds are candidates of `target`, 1 to 64 (default 10).
+    pub weeds: usize,
+    /// How many views of unseen ground are candidates of `target`, 0 to 64 (default 5).
+    pub views: usize,
+}
+
+impl Default for ActionConfig {
+    fn default() -> Self {
+        Self { kind: ActionKind::Steer, weeds: 10, views: 5 }
+    }
+}
+
+impl ActionConfig {
+    /// Number of candidates: weeds, views and the search sweep, which is the last one.
+    #[must_use]
+    pub fn candidates(&self) -> usize {
+        self.weeds + self.views + 1
+    }
+
+    pub(super) fn check(&self) -> Result<(), ConfigError> {
+        expect((1..=64).contains(&self.weeds), "action.weeds", "from 1 to 64", self.weeds)?;
+        expect(self.views <= 64, "action.views", "from 0 to 64", self.views)
+    }
 }

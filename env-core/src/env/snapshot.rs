@@ -126,6 +126,9 @@ impl Env {
         self.belief.restore(unseen, state.weed_of, &self.weeds);
         self.encoder.reset();
         self.episode = state.episode;
+        if let Some(candidates) = &mut self.candidates {
+            candidates.reset();
+        }
         Ok(())
     }
 

@@ -6,12 +6,12 @@ use super::{Arc, Pose};
 use crate::math::{acos, atan2, sin_cos, wrap_to_tau};
 
 /// Angles this close below a full circle are rounding, not a circle.
-const PHANTOM_CIRCLE_RAD: f64 = 1e-9;
+pub(super) const PHANTOM_CIRCLE_RAD: f64 = 1e-9;
 /// A squared straight (in units of the radius) this little below zero is rounding: the arcs touch.
-const TOUCHING: f64 = 1e-9;
+pub(super) const TOUCHING: f64 = 1e-9;
 
 /// A straight this short (in radii) has no direction: the word is one arc.
-const ONE_ARC: f64 = 1e-9;
+pub(super) const ONE_ARC: f64 = 1e-9;
 
 /// A path that cannot be asked for.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
@@ -189,13 +189,19 @@ fn turn(angle_rad: f64) -> f64 {
 /// A path of one Dubins word between two poses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DubinsPath {
-    start: Pose,
-    word: Word,
-    radius_m: f64,
-    lengths_m: [f64; 3],
+    pub(super) start: Pose,
+    pub(super) word: Word,
+    pub(super) radius_m: f64,
+    pub(super) lengths_m: [f64; 3],
 }
 
 impl DubinsPath {
+    /// Where the path begins.
+    #[must_use]
+    pub fn start(&self) -> Pose {
+        self.start
+    }
+
     /// Which word the path spells.
     #[must_use]
     pub fn word(&self) -> Word {

@@ -1,6 +1,7 @@
 //! Poses, arcs, Dubins words, and the two shapes that a mower puts on the ground: the swept bar and the detection triangle.
 
 mod arc;
+mod departure;
 mod dubins;
 mod footprint;
 mod frame;
@@ -10,6 +11,7 @@ mod sweep;
 mod triangle;
 
 pub use arc::Arc;
+pub use departure::Departure;
 pub use dubins::{DubinsPath, PathError, Segment, Word, boustrophedon_length, shortest};
 pub use footprint::{Footprint, Side, XLimits};
 pub use frame::Frame;

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from swath import _native
-from swath.env import MowerRoutingEnv
+from swath.env import Action, MowerRoutingEnv, Observation
 from swath.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class Agent:
         """Why the agent has stopped in this episode: `done`, `capped` (its safety cap), or None while it drives."""
         return self._agent.outcome
 
-    def act(self, env: gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]) -> npt.NDArray[np.float32] | None:
+    def act(self, env: gym.Env[Observation, Action]) -> npt.NDArray[np.float32] | None:
         """Decides on the next action.
 
         The agent starts afresh when the environment's episode has changed since it was last asked, be it by a reset, a
@@ -56,7 +56,7 @@ class Agent:
             over.
 
         Raises:
-            ConfigError: If the environment is not one of swath's.
+            ConfigError: If the environment is not one of swath's, or its action is a choice: agents steer and drive.
             ActionError: If the environment has not been reset.
         """
         inner = env.unwrapped

@@ -22,14 +22,16 @@ if TYPE_CHECKING:
 
 __all__ = ["MowerRoutingEnv"]
 
-Vector: TypeAlias = "npt.NDArray[np.float32]"
+Array: TypeAlias = "npt.NDArray[np.float32] | npt.NDArray[np.int8] | npt.NDArray[np.uint8]"
+Observation: TypeAlias = "Array | dict[str, Array]"
+Action: TypeAlias = "npt.NDArray[np.float32] | np.int64"
 Info: TypeAlias = "dict[str, object]"
 
 # An unseeded environment draws its seed below this.
 _SEEDS = 1 << 63
 
 
-class MowerRoutingEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]]):
+class MowerRoutingEnv(gym.Env[Observation, Action]):
     """Find and mow every weed of a pasture whose weeds are unknown, on a path as short as possible.
 
     ## Description
@@ -46,15 +48,44 @@ class MowerRoutingEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]])
     |---|---|---|
     | `steer` (default) | `Box(-1, 1, (1,), float32)` | curvature as a fraction of 1/R, left positive |
     | `drive` | `Box(-1, 1, (2,), float32)` | the same, and how far to drive |
+    | `discrete` | `Discrete(5)` | a curvature of -1, -1/2, 0, 1/2 or 1 over R, from sharp right to sharp left |
+    | `target` | `Discrete(K)` | where to go: K = `action.weeds` + `action.views` + 1 (10 + 5 + 1 = 16) |
 
-    `steer` drives for one control period at constant speed. With `drive` the second number a stands for (a + 1)/2 of
-    that way, so that a step can end where an arc ends.
+    `steer` and `discrete` drive for one control period at constant speed. With `drive` the second number a stands for
+    (a + 1)/2 of that way, so that a step can end where an arc ends.
     A finite value outside [-1, 1] is clipped, and `info["action_clipped"]` says so.
+
+    A step of `target` is one decision: the mower goes to the candidate along the shortest path of Dubins until it
+    arrives, its weed is mowed, or something new is detected. The reward sums what happened on the way.
+
+    | index | candidate |
+    |---|---|
+    | 0 to `weeds` - 1 | the nearest known weeds, nearest first |
+    | `weeds` to K - 2 | views of unseen ground, cheapest first: poses that look straight at unseen cells |
+    | K - 1 | the search |
+
+    A weed is approached at the cheapest of 16 headings and 3 offsets along the bar (-0.9, 0 or 0.9 of half its width),
+    or straight ahead or on full lock where that is cheaper.
+    The search goes on with a sweep in ceil(W / S_w) bands, S_w the sensor's width, and then to what lies about unseen;
+    when all is seen, to the cheapest weed.
+    The last candidate is always open. The others are open where there is such a weed or view, and a way to it that
+    stays within the headland; `info["action_mask"]` and `action_masks()` say so. A closed one stands for the last, and
+    `info["action_clipped"]` says that it does.
 
     ## Observation Space
 
-    `Box` of 7 + 3k + r float32 numbers, with k = `observation.nearest_weeds` and r = `observation.rays` (8 each: 39).
-    A known weed is one that is detected and not yet mowed.
+    | `observation.kind` | space |
+    |---|---|
+    | `features` (default) | `Box((7 + 3k + r,), float32)`, between -1 and 1 (39 numbers) |
+    | `candidates` | `Box((11 K,), float32)`, between -1 and 1: K rows of 11, row by row (176 numbers) |
+    | `maps` | `Box(0, 255, (12288,), uint8)`: 12 pictures of 32 x 32 points, picture by picture, row by row |
+    | `dict` | `Dict` of `features`, `candidates`, `action_mask` (`MultiBinary(K)`, int8) and `maps` |
+
+    Every kind goes with every action kind. With `observation.flat = false` the tables have their shapes, (K, 11) and
+    (12, 32, 32); stable-baselines3 warns of both.
+    A known weed is one that is detected and not yet mowed. No number has a unit: lengths are scaled as the tables say.
+
+    `features`, with k = `observation.nearest_weeds` and r = `observation.rays` (8 each):
 
     | index | value | range |
     |---|---|---|
@@ -67,7 +98,30 @@ class MowerRoutingEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]])
     | 9 + 3i | 1; all three are 0 where there is no such weed | 0 to 1 |
     | 7 + 3k + j | way to unseen ground at 360 j / r degrees left, over 4 sensor ranges | 0 to 1 |
 
-    `observation_names` lists the names in this order.
+    `candidates`, a row for each candidate of `target`, zeros where there is none. A length v is written as
+    v / (abs(v) + S_d) with the sensor range S_d. The goal is where the shortest path to the candidate ends.
+
+    | column | value | range |
+    |---|---|---|
+    | 0, 1, 2 | 1 for a weed, for a view, for the search | 0 to 1 |
+    | 3, 4 | forward and left offset of the goal, as lengths | -1 to 1 |
+    | 5 | its straight distance, as a length | 0 to 1 |
+    | 6, 7 | cosine and sine of its bearing | -1 to 1 |
+    | 8 | length of the way, as a length | 0 to 1 |
+    | 9 | share of what the sensor will show at its end that is unseen ground | 0 to 1 |
+    | 10 | share of the whole budget that the way costs | 0 to 1 |
+
+    `maps`: picture 3s + c is the channel c at the scale s, from fine to coarse.
+    The mower is in the middle and looks up. A point's side is B/8 x 3^s, so with B = 2 m the
+    pictures show 8, 24, 72 and 216 m.
+
+    | channel | value of a point | range |
+    |---|---|---|
+    | 0 | 255 times the share of it that is unseen ground, from sample points | 0 to 255 |
+    | 1 | 255 if a known weed lies in it, else 0 | 0 or 255 |
+    | 2 | 255 times the share of it that lies outside the pasture, from sample points | 0 to 255 |
+
+    `observation_names` lists the names of the numbers, part by part; `maps` has one for all.
 
     ## Starting State
 
@@ -88,11 +142,13 @@ class MowerRoutingEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]])
     | `goal` | terminated | `episode.seen_goal` of the 1 m cells are seen, and every detected weed is mowed |
     | `left_headland` | terminated | a failure: further than `pasture.headland_m` outside the pasture |
     | `budget` | truncated | the path is `episode.budget` boustrophedon paths long; the last step is cut there |
-    | `step_limit` | truncated | four times the steps that the budget takes at full speed |
+    | `step_limit` | truncated | four times the steps that the budget takes at full speed (`target`: its looks) |
 
     ## Information
 
     Every step, and every reset with zeros: `reward_terms` (`weed`, `path`, `failure`) and `action_clipped` (bool).
+    With `target` also `elapsed_m`, how far the mower came, in metres, and `action_mask`, which candidates may be chosen
+    next: (K,) bool.
     The last info of an episode also holds the keys of `swath.Summary`; before that it holds nothing that the mower
     cannot know.
 
@@ -154,7 +210,7 @@ class MowerRoutingEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]])
 
     @property
     def observation_names(self) -> list[str]:
-        """Name of every number of an observation, in order."""
+        """Name of every number of an observation, part by part; one for `maps`, whose numbers are all alike."""
         return [name for _, _, _, bounds in self._core.observation_spec for name, _, _ in bounds]
 
     @property
@@ -162,7 +218,9 @@ class MowerRoutingEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]])
         """The native environment, which native agents act in."""
         return self._core
 
-    def reset(self, *, seed: int | None = None, options: Mapping[str, object] | None = None) -> tuple[Vector, Info]:
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, object] | None = None
+    ) -> tuple[Observation, Info]:
         """Begins an episode.
 
         Args:
@@ -171,7 +229,7 @@ class MowerRoutingEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]])
                 modified.
 
         Returns:
-            observation: (observation_size,) float32, a fresh array.
+            observation: As the observation space says, in fresh arrays.
             info: The keys of a step, with zeros.
 
         Raises:
@@ -187,24 +245,36 @@ class MowerRoutingEnv(gym.Env[npt.NDArray[np.float32], npt.NDArray[np.float32]])
             observation, info = self._core.reset(int(self.np_random.integers(_SEEDS)), weeds)
         return observation, info
 
-    def step(self, action: npt.ArrayLike) -> tuple[Vector, float, bool, bool, Info]:
-        """Drives as `action` says, for at most one control period.
+    def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, Info]:
+        """Drives as `action` says, for at most one control period; with `target` until the mower arrives or detects.
 
         Args:
-            action: (action_size,), finite; clipped into [-1, 1].
+            action: Numbers (action_size,), finite and clipped into [-1, 1]; or the index of a choice.
 
         Returns:
-            observation: (observation_size,) float32, a fresh array.
+            observation: As the observation space says, in fresh arrays.
             reward: Weeds mowed minus metres driven, weighted.
             terminated: Whether the episode ended by the rules of the problem.
             truncated: Whether it was cut off.
             info: See the class.
 
         Raises:
-            ActionError: If the action has another shape or is not finite, before the first reset, and after the end of
-                an episode; nothing has moved then.
+            ActionError: If the action has another shape, is not finite or is no choice, before the first reset, and
+                after the end of an episode; nothing has moved then.
         """
         return self._core.step(action)
+
+    def action_masks(self) -> npt.NDArray[np.bool_]:
+        """Returns which choices of the action are open now, as the maskable algorithms of sb3-contrib ask for it.
+
+        Returns:
+            mask: (choices,) bool, a fresh array: True throughout, but for `target`.
+
+        Raises:
+            ConfigError: If the action is numbers.
+            ActionError: Before the first reset.
+        """
+        return self._core.action_masks()
 
     def snapshot(self) -> bytes:
         """Returns the state of the episode as bytes: all but the scenario and `np_random`."""

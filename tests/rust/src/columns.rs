@@ -18,6 +18,10 @@ pub struct Columns {
     pub terms: [Vec<f64>; 3],
     /// Which actions were clipped.
     pub is_clipped: Vec<bool>,
+    /// The ways driven, metres.
+    pub distance_m: Vec<f64>,
+    /// Which choices are open, row by row.
+    pub action_mask: Vec<bool>,
 }
 
 impl Columns {
@@ -34,6 +38,8 @@ impl Columns {
             truncated: vec![true; rows],
             terms: [vec![f64::MAX; rows], vec![f64::MAX; rows], vec![f64::MAX; rows]],
             is_clipped: vec![true; rows],
+            distance_m: vec![f64::MAX; rows],
+            action_mask: vec![false; rows * batch.mask_width()],
         }
     }
 
@@ -50,6 +56,8 @@ impl Columns {
             path,
             failure,
             is_clipped: &mut self.is_clipped,
+            distance_m: &mut self.distance_m,
+            action_mask: &mut self.action_mask,
         }
     }
 

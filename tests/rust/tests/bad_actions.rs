@@ -3,7 +3,7 @@
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
 use proptest::prelude::*;
-use swath_core::action::{Action, ActionError, Command};
+use swath_core::action::{Action, ActionError, Command, Order};
 use swath_core::config::{ActionKind, Scenario};
 use swath_core::env::Env;
 use swath_core::episode::{End, Outcome};
@@ -153,7 +153,8 @@ proptest! {
             scenario.episode.control_period_s = control_period_s;
             let env = Env::new(&scenario.check().unwrap());
             let action = &values[..numbers(&env)];
-            let (command, _) = env.decoder().decode(Action::Continuous(action)).unwrap();
+            let (order, _) = env.decoder().decode(Action::Continuous(action)).unwrap();
+            let Order::Drive(command) = order else { panic!("{order:?}") };
             let share = if kind == ActionKind::Steer { 1.0 } else { 0.5 * (f64::from(values[1]) + 1.0) };
             let distance_m = share * speed_mps * control_period_s;
             prop_assert!((command.curvature_per_m - f64::from(values[0]) / radius_m).abs() < 1e-12);

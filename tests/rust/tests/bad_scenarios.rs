@@ -141,6 +141,10 @@ fn values_beyond_what_can_be_computed_are_refused() {
     assert_refused("[weeds]\ncluster_fraction = 1.5", "weeds.cluster_fraction", "1.5");
     assert_refused("[observation]\nrays = 65", "observation.rays", "65");
     assert_refused("[observation]\nnearest_weeds = 65", "observation.nearest_weeds", "65");
+    for (key, value) in [("weeds", 0), ("weeds", 65), ("views", 65)] {
+        let field = format!("action.{key}");
+        assert_refused(&format!("[action]\n{key} = {value}"), &field, &value.to_string());
+    }
     assert_refused("[episode]\nseen_goal = 1.1", "episode.seen_goal", "1.1");
     assert_refused(
         "[pasture]\nlength_m = 1e6\nwidth_m = 1e6",

@@ -4,12 +4,14 @@
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
 use proptest::prelude::*;
+use swath_core::config::ObservationKind;
 use swath_core::env::{Beginning, Env};
 use swath_core::geometry::{Point, Pose};
+use swath_core::observation::Observation;
 use swath_core::site::Site;
 use swath_core::view::View;
 use swath_tests::cases::cases;
-use swath_tests::scene::{Scene, scenes};
+use swath_tests::scene::{self, Scene};
 
 /// Everything that a view holds, with every number as its bits.
 ///
@@ -69,7 +71,19 @@ fn sight(view: &View) -> Sight {
 fn observation(env: &mut Env) -> Vec<u32> {
     let mut observation = env.observation_spec().rows(1);
     env.observe(observation.as_mut());
-    observation.features.iter().map(|value| value.to_bits()).collect()
+    let Observation { features, candidates, action_mask, maps } = observation;
+    assert!(!features.is_empty() && !candidates.is_empty() && !maps.is_empty());
+    let bits = features.iter().chain(&candidates).map(|value| value.to_bits());
+    let mask = action_mask.iter().map(|&is_open| u32::from(is_open != 0));
+    bits.chain(mask).chain(maps.iter().map(|&value| value.into())).collect()
+}
+
+/// Scenes whose observations show all that there is to show.
+fn scenes() -> impl Strategy<Value = Scene> {
+    scene::scenes().prop_map(|mut scene| {
+        scene.scenario.observation.kind = ObservationKind::Dict;
+        scene
+    })
 }
 
 /// What an agent is shown at the start and after each command.

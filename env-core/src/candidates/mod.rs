@@ -1,0 +1,338 @@
+//! Places to go to: what the action kind `target` chooses from.
+//!
+//! [`Candidates`] are made from a [`View`] and nothing else: the nearest known weeds, views of unseen ground, and the next
+//! piece of a search sweep. Each comes with a [`Way`] that the mower can drive.
+
+mod approach;
+mod tiles;
+mod way;
+
+pub use way::Way;
+
+use approach::{Approach, Headings};
+use tiles::{Column, Tiles};
+
+use crate::config::ActionConfig;
+use crate::geometry::{Footprint, Frame, Point, Pose, Side, Sight, Triangle, XLimits};
+use crate::grid::Grid;
+use crate::known::KnownWeed;
+use crate::math::{floor_index, larger, smaller};
+use crate::mower::LOOK_SPACING_M;
+use crate::site::Site;
+use crate::view::View;
+
+/// What the search pays for unseen ground that it leaves behind, in metres of way: for each cell, for each tile that is
+/// passed over, and for each pass that is joined too late to see all of its tile. Coming back costs more than going there.
+/// Tried out on eight pastures: with 3 to 10 m a tile and 0.1 to 0.2 m a cell the search is about equally long.
+const SKIPPED_CELL_M: f64 = 0.2;
+const SKIPPED_TILE_M: f64 = 6.0;
+const JOINED_LATE_M: f64 = 3.0;
+/// From how many missed cells on a pass counts as joined too late.
+const MISSED_CELLS: f64 = 0.5;
+/// A tile of which at least this share is unseen is swept along the middle of its band; others are looked at from anywhere.
+const SWEPT_SHARE: f64 = 0.5;
+/// At how many places a pass of the sweep may be joined, and how far they are apart, in ways to the far corner of a view.
+const JOINTS: usize = 9;
+const JOINT_SPACING: f64 = 0.25;
+/// How many more tiles than views are looked into, so that the cheapest ones are among them.
+const SPARE_TILES: usize = 3;
+
+/// What a candidate is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// To mow the known weed of this number.
+    Weed(u32),
+    /// To look at unseen ground.
+    View,
+    /// To go on with the search.
+    Search,
+}
+
+/// A place to go to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// What for.
+    pub purpose: Purpose,
+    /// How to get there.
+    pub way: Way,
+    /// Share of what the sensor will show at the end of the way that is not seen yet, 0 to 1.
+    pub unseen_share: f64,
+}
+
+/// The candidates of one moment, at fixed places: first the nearest known weeds, nearest first; then the views of unseen
+/// ground, cheapest first; last the search, which is always there.
+#[derive(Debug, Clone)]
+pub struct Candidates {
+    weeds: usize,
+    rows: Vec<Option<Candidate>>,
+    headings: Headings,
+    tiles: Tiles,
+    is_current: bool,
+    nearest: Vec<(f64, KnownWeed)>,
+    columns: Vec<Column>,
+    near_tiles: Vec<(f64, usize)>,
+    views: Vec<(f64, Way)>,
+}
+
+impl Candidates {
+    /// Room for the candidates of a site, none of them worked out yet.
+    #[must_use]
+    pub fn new(config: &ActionConfig, site: &Site, grid: Grid) -> Self {
+        let nobody = (0.0, KnownWeed { number: 0, position: Point::origin() });
+        Self {
+            weeds: config.weeds,
+            rows: vec![None; config.candidates()],
+            headings: Headings::new(),
+            tiles: Tiles::new(grid, site),
+            is_current: false,
+            nearest: vec![nobody; config.weeds],
+            columns: Vec::with_capacity(grid.columns()),
+            near_tiles: Vec::with_capacity(config.views + SPARE_TILES + 1),
+            views: Vec::with_capacity(config.views + SPARE_TILES + 1),
+        }
+    }
+
+    /// Forgets everything: the next view may be one of another episode.
+    pub fn reset(&mut self) {
+        self.tiles.reset();
+        self.is_current = false;
+    }
+
+    /// Says that the view has changed within the episode.
+    pub fn expire(&mut self) {
+        self.is_current = false;
+    }
+
+    /// Works the candidates out, unless that was done since [`Candidates::expire`].
+    pub fn refresh(&mut self, view: &View) {
+        if std::mem::replace(&mut self.is_current, true) {
+            return;
+        }
+        let headings = self.headings.clone();
+        let approach = Approach::new(view.pose, view.site, &headings);
+        self.rows.fill(None);
+        self.find_weeds(view, &approach);
+        self.find_views(view, &approach);
+        let last = self.rows.len() - 1;
+        self.rows[last] = Some(self.search(view, &approach));
+    }
+
+    /// The candidates by place; `None` where there is none.
+    #[must_use]
+    pub fn rows(&self) -> &[Option<Candidate>] {
+        &self.rows
+    }
+
+    /// The candidate at a place and whether it is the one that was asked for: where there is none, it is the search.
+    ///
+    /// # Panics
+    ///
+    /// Before the first [`Candidates::refresh`].
+    #[must_use]
+    pub fn chosen(&self, place: usize) -> (Candidate, bool) {
+        let search = self.rows.last().copied().flatten().expect("the candidates are worked out");
+        match self.rows.get(place) {
+            Some(Some(candidate)) => (*candidate, true),
+            _ => (search, false),
+        }
+    }
+
+    fn find_weeds(&mut self, view: &View, approach: &Approach) {
+        let found = view.known_weeds.nearest(view.pose.position(), f64::INFINITY, &mut self.nearest);
+        for (row, (_, weed)) in self.rows.iter_mut().zip(&self.nearest[..found]) {
+            *row = approach
+                .weed(weed.position)
+                .map(|way| candidate(Purpose::Weed(weed.number), way, view));
+        }
+    }
+
+    fn find_views(&mut self, view: &View, approach: &Approach) {
+        let wanted = self.rows.len() - 1 - self.weeds;
+        if wanted == 0 || view.ground.unseen_count() == 0 {
+            return;
+        }
+        let Self { tiles, near_tiles, views, .. } = self;
+        let from = view.pose.position();
+        let most = wanted + SPARE_TILES;
+        // Tiles that turn out to be seen altogether make room for others.
+        loop {
+            near_tiles.clear();
+            for tile in (0..tiles.len()).filter(|&tile| !tiles.is_done(tile)) {
+                insert(near_tiles, (tiles.distance_m2(tile, from), tile), most);
+            }
+            let mut is_settled = true;
+            views.clear();
+            for &(_, tile) in near_tiles.iter() {
+                let Some(unseen) = tiles.look_into(tile, view.ground) else {
+                    is_settled = false;
+                    continue;
+                };
+                let cell = tiles.nearest_unseen(tile, view.ground, unseen.middle);
+                let is_full = views.len() == wanted;
+                let limit_m = views.last().filter(|_| is_full).map_or(f64::INFINITY, |last| last.0);
+                if let Some(way) = cell.and_then(|cell| approach.view(cell, limit_m)) {
+                    insert(views, (way.length_m(), way), wanted);
+                }
+            }
+            if is_settled {
+                break;
+            }
+        }
+        for (row, (_, way)) in self.rows[self.weeds..].iter_mut().zip(&self.views) {
+            *row = Some(candidate(Purpose::View, *way, view));
+        }
+    }
+
+    /// The way on with the search.
+    ///
+    /// While ground is unseen: the cheapest of the next passes of a boustrophedon sweep, as high as the sensor sees, where
+    /// unseen cells left behind cost something too; ground that lies about in small pieces is looked at from anywhere.
+    /// When all is seen: the cheapest weed in reach. Where there is no way within the fence, turning on the spot.
+    fn search(&mut self, view: &View, approach: &Approach) -> Candidate {
+        if view.ground.unseen_count() > 0
+            && let Some(way) = self.sweep(view, approach)
+        {
+            return candidate(Purpose::Search, way, view);
+        }
+        let weeds = self.rows[..self.weeds].iter().flatten();
+        let length_m = |candidate: &&Candidate| candidate.way.length_m();
+        match weeds.min_by(|a, b| length_m(a).total_cmp(&length_m(b))) {
+            Some(weed) => Candidate { purpose: Purpose::Search, ..*weed },
+            None => candidate(Purpose::Search, approach.pastime(), view),
+        }
+    }
+
+    fn sweep(&mut self, view: &View, approach: &Approach) -> Option<Way> {
+        let (site, from) = (view.site, view.pose.position());
+        let mut best: Option<(f64, Way)> = None;
+        let mut skipped_m = 0.0;
+        for tile in 0..self.tiles.len() {
+            let limit_m = best.as_ref().map_or(f64::INFINITY, |best| best.0);
+            if skipped_m >= limit_m {
+                break;
+            }
+            let Some(unseen) = self.tiles.look_into(tile, view.ground) else { continue };
+            let is_swept = unseen.count as f64 >= SWEPT_SHARE * unseen.cells as f64;
+            let reached_m = self.tiles.distance_m2(tile, from).sqrt() - site.sensor_range_m;
+            if reached_m + skipped_m < limit_m {
+                let pass = if is_swept {
+                    self.tiles.write_columns(tile, view.ground, &mut self.columns);
+                    self.pass(tile, limit_m - skipped_m, view, approach)
+                } else {
+                    None
+                };
+                let offer = pass.or_else(|| {
+                    let cell = self.tiles.nearest_unseen(tile, view.ground, unseen.middle)?;
+                    let way = approach.view(cell, limit_m - skipped_m)?;
+                    Some((way.length_m(), way))
+                });
+                if let Some((cost_m, way)) = offer
+                    && cost_m + skipped_m < limit_m
+                {
+                    best = Some((cost_m + skipped_m, way));
+                }
+            }
+            skipped_m += SKIPPED_TILE_M + SKIPPED_CELL_M * unseen.count as f64;
+        }
+        best.map(|(_, way)| way)
+    }
+
+    /// The cheapest pass through a tile along the middle of its band, with its cost; `self.columns` are those of the tile.
+    fn pass(
+        &self,
+        tile: usize,
+        mut limit_m: f64,
+        view: &View,
+        approach: &Approach,
+    ) -> Option<(f64, Way)> {
+        let site = view.site;
+        let (first, last) = (self.columns.first()?, self.columns.last()?);
+        // A cell so far from the line is seen from this far before it.
+        let before_m = |across_m: f64| {
+            across_m * 2.0 * site.sensor_range_m / site.sensor_width_m + LOOK_SPACING_M
+        };
+        let corner_m = before_m(self.tiles.reach_m(tile)).min(site.sensor_range_m);
+        let is_rightward = self.tiles.is_rightward(tile);
+        let y_m = self.tiles.middle_y_m(tile);
+        let mut best = None;
+        for joint in 0..JOINTS {
+            let join_m = first.along_m - corner_m * (1.0 - JOINT_SPACING * joint as f64);
+            let join_m = join_m.max(0.0);
+            let shows = |column: &Column| {
+                let ahead_m = column.along_m - join_m;
+                ahead_m <= site.sensor_range_m && ahead_m >= before_m(column.nearest_m)
+            };
+            if !self.columns.iter().any(shows) {
+                continue;
+            }
+            let missed: f64 = self
+                .columns
+                .iter()
+                .map(|column| {
+                    let shown = ((column.along_m - join_m) / corner_m).clamp(0.0, 1.0);
+                    column.unseen as f64 * (1.0 - shown)
+                })
+                .sum();
+            let late_m = if missed > MISSED_CELLS { JOINED_LATE_M } else { 0.0 };
+            let missed_m = late_m + SKIPPED_CELL_M * missed;
+            let straight_m = (last.along_m - corner_m - join_m).max(LOOK_SPACING_M);
+            let goal = if is_rightward {
+                Pose::new(join_m, y_m, 0.0)
+            } else {
+                Pose::new(site.length_m - join_m, y_m, std::f64::consts::PI)
+            };
+            if let Some((way, length_m)) = approach.pass(goal, straight_m, limit_m - missed_m) {
+                limit_m = length_m + missed_m;
+                best = Some((limit_m, way));
+            }
+        }
+        best
+    }
+}
+
+/// A candidate, with what it will show.
+fn candidate(purpose: Purpose, way: Way, view: &View) -> Candidate {
+    Candidate { purpose, way, unseen_share: unseen_share(way.end(), view) }
+}
+
+/// Share of the detection triangle at a pose that is unseen ground, 0 to 1.
+fn unseen_share(from: Frame, view: &View) -> f64 {
+    let (site, ground) = (view.site, view.ground);
+    if ground.unseen_count() == 0 {
+        return 0.0;
+    }
+    let looks = [from];
+    let sight = Sight::new(Triangle::new(site.sensor_range_m, site.sensor_width_m), &looks);
+    let grid = ground.grid();
+    let (length_m, width_m) = grid.size_m();
+    let (bottom_m, top_m) = sight.y_range();
+    let cell_m2 = (length_m * width_m) / grid.cells() as f64;
+    let (_, first) = grid.cell_of(Point::new(0.0, bottom_m));
+    let (_, last) = grid.cell_of(Point::new(0.0, top_m));
+    let per_m = grid.columns() as f64 / length_m;
+    let XLimits { lower: [l0, l1], upper: [u0, u1] } = sight.limits();
+    let mut unseen = 0_u32;
+    for row in first..=last {
+        let y_m = grid.centre(0, row).y;
+        if y_m < bottom_m || y_m > top_m {
+            continue;
+        }
+        let at_row = |side: Side| side.x_at_0_m + side.slope * y_m;
+        let low_m = larger(at_row(l0), at_row(l1));
+        let high_m = smaller(smaller(at_row(u0), at_row(u1)), length_m);
+        // The centre of column i lies at i + 1/2 cells.
+        let columns = floor_index(low_m * per_m + 0.5)..floor_index(high_m * per_m + 0.5);
+        ground.for_each_unseen(columns, row, |_, bits| unseen += bits.count_ones());
+    }
+    let triangle_m2 = 0.5 * site.sensor_range_m * site.sensor_width_m;
+    (f64::from(unseen) * cell_m2 / triangle_m2).min(1.0)
+}
+
+/// Puts an entry into a list that is sorted by its number and holds at most `most`; ties stay in the order of arrival.
+fn insert<T>(list: &mut Vec<(f64, T)>, entry: (f64, T), most: usize) {
+    let place = list.partition_point(|other| other.0 <= entry.0);
+    if place < most {
+        list.insert(place, entry);
+        list.truncate(most);
+    }
+}
