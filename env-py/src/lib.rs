@@ -13,6 +13,7 @@
 //! | `agent` | agents that act in it |
 //! | `waiting`, `episode`, `evaluation` | whole episodes, one or many, in threads of their own |
 //! | `statistics` | quantiles for confidence intervals |
+//! | `training` | the shipped training configurations |
 
 mod errors;
 mod table;
@@ -28,6 +29,7 @@ mod waiting;
 mod episode;
 mod evaluation;
 mod statistics;
+mod training;
 
 /// The compiled part of swath.
 #[pyo3::pymodule]
@@ -44,6 +46,8 @@ mod _native {
     use crate::scenario::{Scenario, cells, resolved, schema, shipped};
     #[pymodule_export]
     use crate::statistics::student_t;
+    #[pymodule_export]
+    use crate::training::{parse_toml, shipped_trainings};
 
     /// Version of swath.
     #[pymodule_export]

@@ -19,10 +19,12 @@ __all__ = [
     "Scenario",
     "agents",
     "cells",
+    "parse_toml",
     "resolved",
     "run_episode",
     "schema",
     "shipped",
+    "shipped_trainings",
     "student_t",
 ]
 
@@ -115,3 +117,5 @@ class EpisodeStream:
     def __next__(self) -> tuple[int, int, int, Summary, float]: ...
 
 def student_t(probability: float, degrees_of_freedom: float) -> float: ...
+def shipped_trainings() -> list[tuple[str, str]]: ...
+def parse_toml(text: str, name: str) -> dict[str, object]: ...

@@ -19,6 +19,7 @@ from swath.cli.demo import demo
 from swath.cli.evaluate import evaluate
 from swath.cli.run import run
 from swath.cli.stop import Stopped
+from swath.cli.train import train
 from swath.errors import SwathError
 
 __all__ = ["app", "main"]
@@ -26,7 +27,7 @@ __all__ = ["app", "main"]
 _BAD_INPUT, _STOPPED = 2, 130
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-for command in (evaluate, run, config, agents, demo):
+for command in (evaluate, run, train, config, agents, demo):
     app.command()(command)
 
 
