@@ -16,6 +16,7 @@
 //! | [`sensor`], [`belief`], [`view`] | **who may see it**: what a look shows, what the mower remembers, what an agent gets |
 //! | [`episode`], [`reward`] | when it ends, and **what it is worth** |
 //! | [`observation`], [`mod@env`] | numbers for learners, and the step that joins all of this |
+//! | [`batch`] | many environments, stepped together |
 //!
 //! ```
 //! use swath_core::{action::Command, config::Document, env::Env};
@@ -46,3 +47,4 @@ pub mod episode;
 pub mod reward;
 pub mod observation;
 pub mod env;
+pub mod batch;

@@ -2,17 +2,16 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use numpy::{PyArray1, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods, get_array_module};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
-use swath_core::action::{Action, ActionSpec};
 use swath_core::env::{self, Beginning};
 use swath_core::episode::End;
 use swath_core::geometry::Point;
 use swath_core::observation::Observation;
 use swath_core::reward::RewardTerms;
 
-use crate::errors::{Error, shape_text, type_text};
+use crate::action::read_action;
+use crate::errors::Error;
 use crate::scenario::Scenario;
 use crate::seed::Seed;
 use crate::spec::{self, ActionForm, PartTuple};
@@ -143,12 +142,12 @@ impl Env {
 
 impl Env {
     fn points(&self, weeds: Option<&Bound<PyAny>>) -> Result<Option<Vec<Point>>, Error> {
-        weeds.map(|weeds| points_from(weeds, self.core.site())).transpose()
+        weeds.map(|weeds| points_from(weeds, "weeds", self.core.site())).transpose()
     }
 
     /// The present observation as fresh arrays.
     fn observation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        spec::observation(py, self.core.observation_spec(), &self.observation)
+        spec::observation(py, self.core.observation_spec(), &self.observation, 0)
     }
 
     fn begun<'py>(&mut self, py: Python<'py>) -> Result<Reset<'py>, Error> {
@@ -164,66 +163,22 @@ fn info<'py>(
     terms: &RewardTerms,
     is_clipped: bool,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let info = PyDict::new(py);
+    write_info(&info, terms, is_clipped)?;
+    Ok(info)
+}
+
+/// Writes what the reward consists of, and whether the action was clipped.
+pub(crate) fn write_info(
+    info: &Bound<PyDict>,
+    terms: &RewardTerms,
+    is_clipped: bool,
+) -> PyResult<()> {
+    let py = info.py();
     let reward_terms = PyDict::new(py);
     reward_terms.set_item(pyo3::intern!(py, "weed"), terms.weed)?;
     reward_terms.set_item(pyo3::intern!(py, "path"), terms.path)?;
     reward_terms.set_item(pyo3::intern!(py, "failure"), terms.failure)?;
-    let info = PyDict::new(py);
     info.set_item(pyo3::intern!(py, "reward_terms"), reward_terms)?;
-    info.set_item(pyo3::intern!(py, "action_clipped"), is_clipped)?;
-    Ok(info)
-}
-
-/// Reads an action.
-fn read_action<'a>(
-    action: &Bound<PyAny>,
-    spec: ActionSpec,
-    numbers: &'a mut Vec<f32>,
-) -> Result<Action<'a>, Error> {
-    match spec {
-        ActionSpec::Continuous(bounds) => {
-            read_numbers(action, bounds.len(), numbers)?;
-            Ok(Action::Continuous(numbers))
-        }
-        ActionSpec::Discrete(choices) => {
-            let choice = action.extract().map_err(|_| {
-                let got = type_text(action);
-                Error::ActionForm(format!(
-                    "`action` must be a whole number from 0 to {}, got {got}",
-                    choices - 1
-                ))
-            })?;
-            Ok(Action::Discrete(choice))
-        }
-    }
-}
-
-/// Writes an action to `numbers`: a float32 array, or anything that `numpy` turns into numbers.
-#[expect(clippy::cast_possible_truncation, reason = "actions are float32 by contract")]
-fn read_numbers(action: &Bound<PyAny>, size: usize, numbers: &mut Vec<f32>) -> Result<(), Error> {
-    numbers.clear();
-    if action.is_none() {
-        let text = "`action` must be numbers, got None, which an agent returns when it has stopped";
-        return Err(Error::ActionForm(text.to_owned()));
-    }
-    if let Ok(array) = action.cast::<PyArray1<f32>>() {
-        numbers.extend(array.readonly().as_array());
-        return Ok(());
-    }
-    let wrong = |expected: &str, got: String| {
-        Error::ActionForm(format!("`action` must have {expected}, got {got}"))
-    };
-    let array: Bound<PyArrayDyn<f64>> = get_array_module(action.py())?
-        .call_method1("asarray", (action, "float64"))
-        .and_then(|array| Ok(array.cast_into()?))
-        .map_err(|_| wrong(&format!("{size} number(s)"), type_text(action)))?;
-    if array.ndim() != 1 {
-        return Err(wrong(&format!("the shape ({size},)"), shape_text(array.shape())));
-    }
-    // Large numbers are clipped later, like all that lie beyond the bounds; only infinity is infinite.
-    let most = f64::from(f32::MAX);
-    let narrow =
-        |value: f64| if value.is_finite() { value.clamp(-most, most) } else { value } as f32;
-    numbers.extend(array.readonly().as_array().iter().copied().map(narrow));
-    Ok(())
+    info.set_item(pyo3::intern!(py, "action_clipped"), is_clipped)
 }

@@ -79,7 +79,7 @@ pub(crate) fn run_episode(
     weeds: Option<&Bound<PyAny>>,
 ) -> Result<Episode, Error> {
     let site = Site::new(&scenario.scenario);
-    let weeds = weeds.map(|weeds| points_from(weeds, &site)).transpose()?;
+    let weeds = weeds.map(|weeds| points_from(weeds, "weeds", &site)).transpose()?;
     let (scenario, agent) = (scenario.scenario.clone(), agent.spec.clone());
     let (sender, receiver) = mpsc::channel();
     let runner = std::thread::spawn(move || {

@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use swath_core::action::ActionError;
+use swath_core::batch::BatchError;
 use swath_core::config::ConfigError;
 use swath_core::env::SnapshotError;
 
@@ -19,6 +20,8 @@ pub(crate) enum Error {
     Config(ConfigError),
     /// An action.
     Action(ActionError),
+    /// The actions of a batch.
+    Batch(BatchError),
     /// An action that has not even the form of one.
     ActionForm(String),
     /// The bytes of a snapshot.
@@ -39,6 +42,12 @@ impl From<ActionError> for Error {
     }
 }
 
+impl From<BatchError> for Error {
+    fn from(error: BatchError) -> Self {
+        Self::Batch(error)
+    }
+}
+
 impl From<SnapshotError> for Error {
     fn from(error: SnapshotError) -> Self {
         Self::Snapshot(error)
@@ -56,6 +65,7 @@ impl From<Error> for PyErr {
         match error {
             Error::Config(error) => python::ConfigError::new_err(error.to_string()),
             Error::Action(error) => python::ActionError::new_err(error.to_string()),
+            Error::Batch(error) => python::ActionError::new_err(error.to_string()),
             Error::ActionForm(text) => python::ActionError::new_err(text),
             Error::Snapshot(error) => python::SnapshotError::new_err(error.to_string()),
             Error::Python(error) => error,

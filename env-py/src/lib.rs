@@ -7,9 +7,9 @@
 //! |---|---|
 //! | `errors` | one tree of errors, with the text of the Rust errors |
 //! | `table`, `seed`, `weeds`, `summary` | conversions between Python and the core |
-//! | `spec` | what observations and actions look like |
+//! | `spec`, `action`, `observations`, `infos` | what observations and actions look like, and arrays of many of them |
 //! | `source`, `scenario` | what a caller names as a scenario, and the checked scenario |
-//! | `env` | one environment |
+//! | `env`, `batch` | one environment, and many |
 //! | `agent` | agents that act in it |
 //! | `waiting`, `episode`, `evaluation` | whole episodes, one or many, in threads of their own |
 //! | `statistics` | quantiles for confidence intervals |
@@ -22,8 +22,12 @@ mod weeds;
 mod summary;
 mod source;
 mod spec;
+mod action;
+mod observations;
+mod infos;
 mod scenario;
 mod env;
+mod batch;
 mod agent;
 mod waiting;
 mod episode;
@@ -36,6 +40,8 @@ mod training;
 mod _native {
     #[pymodule_export]
     use crate::agent::{Agent, AgentSpec, agents};
+    #[pymodule_export]
+    use crate::batch::Batch;
     #[pymodule_export]
     use crate::env::Env;
     #[pymodule_export]

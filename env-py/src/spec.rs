@@ -40,18 +40,19 @@ pub(crate) fn action(spec: ActionSpec) -> ActionForm {
     }
 }
 
-/// One observation as fresh arrays: an array where it has one part, else a dictionary of arrays.
+/// One row of observations as fresh arrays: an array where it has one part, else a dictionary of arrays.
 pub(crate) fn observation<'py>(
     py: Python<'py>,
     spec: &ObservationSpec,
     observation: &Observation,
+    row: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
     if let [part] = spec.parts() {
-        return array(py, part, observation);
+        return array(py, part, observation, row);
     }
     let parts = PyDict::new(py);
     for part in spec.parts() {
-        parts.set_item(part.name, array(py, part, observation)?)?;
+        parts.set_item(part.name, array(py, part, observation, row)?)?;
     }
     Ok(parts.into_any())
 }
@@ -60,19 +61,22 @@ fn array<'py>(
     py: Python<'py>,
     part: &Part,
     observation: &Observation,
+    row: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
     fn shaped<'py, T: numpy::Element>(
         py: Python<'py>,
         numbers: &[T],
         shape: &[usize],
+        row: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let flat = PyArray1::from_slice(py, numbers);
+        let size: usize = shape.iter().product();
+        let flat = PyArray1::from_slice(py, &numbers[row * size..(row + 1) * size]);
         if shape.len() == 1 { Ok(flat.into_any()) } else { Ok(flat.reshape(shape)?.into_any()) }
     }
     match part.name {
-        "features" => shaped(py, &observation.features, &part.shape),
-        "candidates" => shaped(py, &observation.candidates, &part.shape),
-        "action_mask" => shaped(py, &observation.action_mask, &part.shape),
-        _ => shaped(py, &observation.maps, &part.shape),
+        "features" => shaped(py, &observation.features, &part.shape, row),
+        "candidates" => shaped(py, &observation.candidates, &part.shape, row),
+        "action_mask" => shaped(py, &observation.action_mask, &part.shape, row),
+        _ => shaped(py, &observation.maps, &part.shape, row),
     }
 }

@@ -8,10 +8,14 @@ use swath_core::site::Site;
 
 use crate::errors::{Error, shape_text, type_text};
 
-/// Reads anything like an array (n, 2) of metres, world frame; every weed must stand on the pasture.
-pub(crate) fn points_from(weeds: &Bound<PyAny>, site: &Site) -> Result<Vec<Point>, Error> {
-    let wrong =
-        |got: String| ConfigError::value("weeds", "an array (n, 2) of numbers, metres", got);
+/// Reads anything like an array (n, 2) of metres, world frame; every weed must stand on the pasture. `field` is what the
+/// caller knows it by.
+pub(crate) fn points_from(
+    weeds: &Bound<PyAny>,
+    field: &str,
+    site: &Site,
+) -> Result<Vec<Point>, Error> {
+    let wrong = |got: String| ConfigError::value(field, "an array (n, 2) of numbers, metres", got);
     let array: PyReadonlyArrayDyn<f64> = get_array_module(weeds.py())?
         .call_method1("asarray", (weeds, "float64"))
         .and_then(|array| array.extract())
@@ -30,7 +34,7 @@ pub(crate) fn points_from(weeds: &Bound<PyAny>, site: &Site) -> Result<Vec<Point
     for (index, point) in points.iter().enumerate() {
         if !site.holds(point.x, point.y) {
             return Err(ConfigError::value(
-                format!("weeds[{index}]"),
+                format!("{field}[{index}]"),
                 format!("on the pasture, 0..={} by 0..={} m", site.length_m, site.width_m),
                 format!("[{}, {}]", point.x, point.y),
             )

@@ -12,22 +12,25 @@ while (action := agent.act(env)) is not None:
 ```
 """
 
-from swath import _native
+from swath import _native, sb3
 from swath.agents import Agent, make_agent
 from swath.env import MowerRoutingEnv
 from swath.episode import Episode, run_episode
-from swath.errors import ActionError, ConfigError, SnapshotError, SwathError
+from swath.errors import ActionError, ClosedError, ConfigError, SnapshotError, SwathError
 from swath.evaluation import Results, evaluate
 from swath.registration import register
 from swath.scenario import Scenario
 from swath.summary import Summary
+from swath.vector import MowerRoutingVectorEnv
 
 __all__ = [
     "ActionError",
     "Agent",
+    "ClosedError",
     "ConfigError",
     "Episode",
     "MowerRoutingEnv",
+    "MowerRoutingVectorEnv",
     "Results",
     "Scenario",
     "SnapshotError",
@@ -38,6 +41,7 @@ __all__ = [
     "make_agent",
     "register",
     "run_episode",
+    "sb3",
 ]
 
 __version__ = _native.VERSION

@@ -6,7 +6,9 @@ All of them can be pickled, so they cross process boundaries whole.
 
 from __future__ import annotations
 
-__all__ = ["ActionError", "ConfigError", "SnapshotError", "SwathError"]
+from gymnasium.error import ClosedEnvironmentError
+
+__all__ = ["ActionError", "ClosedError", "ConfigError", "SnapshotError", "SwathError"]
 
 
 class SwathError(Exception):
@@ -23,3 +25,7 @@ class ActionError(SwathError, ValueError):
 
 class SnapshotError(SwathError, ValueError):
     """Bytes that cannot be restored; the environment is as it was."""
+
+
+class ClosedError(SwathError, ClosedEnvironmentError):
+    """A call after `close`."""

@@ -1,0 +1,296 @@
+//! Many environments of one scenario, stepped together.
+//!
+//! A row of a batch is an [`Env`] like any other: row i of a batch seeded s is the environment seeded s + i, whatever the
+//! number of rows and of threads. A step writes into contiguous buffers of the caller's, and nothing moves unless every
+//! action can be carried out.
+
+mod buffers;
+mod rows;
+mod snapshot;
+
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+pub use buffers::{Actions, StepMut};
+
+use crate::action::{ActionDecoder, ActionError};
+use crate::config::ValidScenario;
+use crate::env::{Beginning, Env, Summary};
+use crate::episode::{End, Outcome};
+use crate::observation::{Observation, ObservationMut, ObservationSpec, Sizes};
+use crate::reward::RewardTerms;
+use rows::{Form, Rows};
+
+/// When a row whose episode ended begins the next episode of its seed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Autoreset {
+    /// In the step after, which ignores its action and has reward 0.
+    NextStep,
+    /// In the step that ends it; its last observation is kept apart.
+    SameStep,
+    /// When it is told to. A step before that is an error.
+    Disabled,
+}
+
+/// What a batch is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BatchOptions {
+    /// Number of environments, at least 1.
+    pub rows: usize,
+    /// When ended rows begin anew.
+    pub autoreset: Autoreset,
+    /// Most threads that a step may use; 0 counts as 1. With 1, and for few rows, a step runs on the caller's thread.
+    pub threads: usize,
+}
+
+/// The end of a row's episode.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Last {
+    /// Terms of the last reward.
+    pub terms: RewardTerms,
+    /// Whether the last action was clipped.
+    pub is_clipped: bool,
+    /// The numbers of the episode.
+    pub summary: Summary,
+    /// Why it ended.
+    pub outcome: Outcome,
+}
+
+/// A step that cannot be taken; every row is as it was.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum BatchError {
+    /// One row cannot take it.
+    #[error("row {row}: {error}")]
+    Row {
+        /// Which row.
+        row: usize,
+        /// Why.
+        error: ActionError,
+    },
+    /// Actions for another number of rows.
+    #[error("`actions` must have {expected} number(s), got {got}")]
+    Size {
+        /// How many all rows take.
+        expected: usize,
+        /// How many were given.
+        got: usize,
+    },
+}
+
+/// Whether a row can be stepped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    Unstarted,
+    Running,
+    Ended,
+}
+
+impl State {
+    fn of(env: &Env) -> Self {
+        match env.end() {
+            None => Self::Unstarted,
+            Some(End::Running) => Self::Running,
+            Some(_) => Self::Ended,
+        }
+    }
+}
+
+/// Environments of one scenario, one a row.
+#[derive(Debug)]
+pub struct BatchEnv {
+    envs: Vec<Env>,
+    /// Kept apart from the environments, so that looking through all of them is cheap.
+    states: Vec<State>,
+    last: Vec<Option<Last>>,
+    last_observation: Observation,
+    decoder: ActionDecoder,
+    form: Form,
+    pool: Option<ThreadPool>,
+}
+
+/// Rows that are worth a task of their own: to hand one to another thread takes about 10 microseconds.
+const ROWS_A_TASK: usize = 64;
+
+/// The same where observations hold maps, which take most of a step.
+const MAP_ROWS_A_TASK: usize = 4;
+
+impl BatchEnv {
+    /// A batch that waits for its first reset.
+    ///
+    /// # Panics
+    ///
+    /// If the system has no threads to give.
+    #[must_use]
+    pub fn new(scenario: &ValidScenario, options: BatchOptions) -> Self {
+        let BatchOptions { rows, autoreset, threads } = options;
+        let env = Env::new(scenario);
+        let spec = env.observation_spec();
+        let sizes = spec.sizes();
+        let is_same_step = autoreset == Autoreset::SameStep;
+        let last_observation = spec.rows(if is_same_step { rows } else { 0 });
+        let decoder = *env.decoder();
+        let form = Form {
+            autoreset,
+            width: buffers::width(&decoder),
+            sizes,
+            last_sizes: if is_same_step { sizes } else { Sizes::default() },
+            rows_a_task: if sizes.maps > 0 { MAP_ROWS_A_TASK } else { ROWS_A_TASK },
+        };
+        let threads = threads.min(rows / form.rows_a_task);
+        let pool = (threads > 1).then(|| {
+            ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .thread_name(|thread| format!("swath-batch-{thread}"))
+                .build()
+                .expect("the system has threads to give")
+        });
+        Self {
+            envs: vec![env; rows],
+            states: vec![State::Unstarted; rows],
+            last: vec![None; rows],
+            last_observation,
+            decoder,
+            form,
+            pool,
+        }
+    }
+
+    /// Begins episode 0 of `seed` + i in every row i. Seeds go around at the end of their range.
+    pub fn reset(&mut self, seed: u64) {
+        for (row, ahead) in (0..self.envs.len()).zip(0..) {
+            self.reset_row(row, Some(seed.wrapping_add(ahead)), Beginning::default());
+        }
+    }
+
+    /// Begins an episode in one row: episode 0 of `seed`, or the next one of the row's own seed.
+    ///
+    /// # Panics
+    ///
+    /// As [`Env::reset_from`]; if there is no such row; without a seed, if the row never had one.
+    pub fn reset_row(&mut self, row: usize, seed: Option<u64>, beginning: Beginning) {
+        if let Some(seed) = seed {
+            self.envs[row].reset_from(seed, beginning);
+        } else {
+            assert!(self.has_begun(row), "the first reset of a row needs a seed");
+            self.envs[row].reset_next(beginning);
+        }
+        self.states[row] = State::Running;
+    }
+
+    /// Steps every row. Returns how many episodes ended.
+    ///
+    /// It allocates nothing, unless a pool of threads does.
+    ///
+    /// # Errors
+    ///
+    /// [`BatchError`]; no row has moved then.
+    ///
+    /// # Panics
+    ///
+    /// If a buffer of `out` has another number of rows; no row has moved then.
+    pub fn step(&mut self, actions: Actions, out: StepMut) -> Result<usize, BatchError> {
+        out.check(self.envs.len());
+        self.check_observation(&out.observation);
+        self.check(actions)?;
+        let Self { envs, states, last, last_observation, form, pool, .. } = self;
+        let last_observation = last_observation.as_mut();
+        let rows = Rows { envs, states, last, last_observation, actions, out };
+        Ok(match pool {
+            Some(pool) => pool.install(|| rows.step_shared(*form)),
+            None => rows.step(*form),
+        })
+    }
+
+    fn check(&self, actions: Actions) -> Result<(), BatchError> {
+        let (width, rows) = (self.form.width, self.envs.len());
+        if actions.len() != rows * width {
+            return Err(BatchError::Size { expected: rows * width, got: actions.len() });
+        }
+        for (row, state) in self.states.iter().enumerate() {
+            let error = match state {
+                State::Unstarted => Err(ActionError::NotReset),
+                State::Ended if self.form.autoreset != Autoreset::NextStep => {
+                    Err(ActionError::EpisodeOver)
+                }
+                _ => self.decoder.decode(actions.row(row, width)).map(|_| ()),
+            };
+            error.map_err(|error| BatchError::Row { row, error })?;
+        }
+        Ok(())
+    }
+
+    /// Writes the present observation of every row.
+    ///
+    /// # Panics
+    ///
+    /// If `observation` has another number of rows.
+    pub fn observe(&mut self, observation: ObservationMut) {
+        self.check_observation(&observation);
+        let mut observations = observation;
+        for env in &mut self.envs {
+            let (observation, rest) = observations.split_at(1, self.form.sizes);
+            observations = rest;
+            env.observe(observation);
+        }
+    }
+
+    fn check_observation(&self, observation: &ObservationMut) {
+        let (rows, Sizes { features, candidates, action_mask, maps }) =
+            (self.envs.len(), self.form.sizes);
+        let expected = [features, candidates, action_mask, maps].map(|size| rows * size);
+        let got = [
+            observation.features.len(),
+            observation.candidates.len(),
+            observation.action_mask.len(),
+            observation.maps.len(),
+        ];
+        assert_eq!(got, expected, "the observation buffer has the wrong length");
+    }
+
+    /// How a row's latest episode to end ended; `None` if none has.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such row.
+    #[must_use]
+    pub fn last(&self, row: usize) -> Option<&Last> {
+        self.last[row].as_ref()
+    }
+
+    /// The last observation of every row's latest episode to end; without rows where it is the one that the step wrote.
+    #[must_use]
+    pub fn last_observation(&self) -> &Observation {
+        &self.last_observation
+    }
+
+    /// Whether an episode of this row has begun.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such row.
+    #[must_use]
+    pub fn has_begun(&self, row: usize) -> bool {
+        self.states[row] != State::Unstarted
+    }
+
+    /// The environments, one a row.
+    #[must_use]
+    pub fn rows(&self) -> &[Env] {
+        &self.envs
+    }
+
+    /// The parts of an observation.
+    ///
+    /// # Panics
+    ///
+    /// If the batch has no rows.
+    #[must_use]
+    pub fn observation_spec(&self) -> &ObservationSpec {
+        self.envs[0].observation_spec()
+    }
+
+    /// How actions are read.
+    #[must_use]
+    pub fn decoder(&self) -> &ActionDecoder {
+        &self.decoder
+    }
+}

@@ -1,0 +1,53 @@
+//! A batch as bytes, and back: the snapshots of its rows, one after the other.
+
+use super::{BatchEnv, State};
+use crate::env::{Env, SnapshotError};
+
+impl BatchEnv {
+    /// The whole state as bytes.
+    #[must_use]
+    pub fn snapshot(&self) -> Vec<u8> {
+        let rows: Vec<Vec<u8>> = self.envs.iter().map(Env::snapshot).collect();
+        postcard::to_allocvec(&rows).expect("bytes in memory can be written to memory")
+    }
+
+    /// Puts back the state that [`BatchEnv::snapshot`] returned, here or in another batch of as many rows.
+    ///
+    /// # Errors
+    ///
+    /// [`SnapshotError`]; every row is then as it was.
+    pub fn restore(&mut self, snapshot: &[u8]) -> Result<(), SnapshotError> {
+        let damaged = |got: String| SnapshotError::Damaged { got };
+        let (rows, rest) = postcard::take_from_bytes::<Vec<Vec<u8>>>(snapshot)
+            .map_err(|error| damaged(error.to_string()))?;
+        if !rest.is_empty() {
+            return Err(damaged(format!("{} bytes too many", rest.len())));
+        }
+        if rows.len() != self.envs.len() {
+            let (got, expected) = (rows.len(), self.envs.len());
+            return Err(damaged(format!("those of {got} rows for {expected}")));
+        }
+        let mut envs = self.envs.clone();
+        for (env, row) in envs.iter_mut().zip(&rows) {
+            env.restore(row)?;
+        }
+        self.states = envs.iter().map(State::of).collect();
+        self.envs = envs;
+        Ok(())
+    }
+
+    /// Puts back one row, from [`Env::snapshot`] of any environment of the same scenario.
+    ///
+    /// # Errors
+    ///
+    /// [`SnapshotError`]; the row is then as it was.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such row.
+    pub fn restore_row(&mut self, row: usize, snapshot: &[u8]) -> Result<(), SnapshotError> {
+        self.envs[row].restore(snapshot)?;
+        self.states[row] = State::of(&self.envs[row]);
+        Ok(())
+    }
+}

@@ -1,0 +1,64 @@
+"""The native batch for stable-baselines3, which the extra `swath[train]` installs."""
+
+from __future__ import annotations
+
+import importlib.util
+from typing import TYPE_CHECKING
+
+from swath import _native
+from swath.errors import ConfigError
+from swath.registration import ENTRY_POINTS
+from swath.vector import checked_count
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from swath.scenario import Blocks, ScenarioSource
+    from swath.vec_env import MowerRoutingVecEnv
+
+__all__ = ["make_vec_env"]
+
+
+def make_vec_env(
+    env_id: str,
+    num_envs: int = 1,
+    *,
+    seed: int | None = None,
+    scenario: ScenarioSource = None,
+    num_threads: int = 1,
+    **blocks: Unpack[Blocks],
+) -> MowerRoutingVecEnv:
+    """Makes a `VecEnv` of stable-baselines3 over the native batch.
+
+    ```python
+    model = PPO("MlpPolicy", swath.sb3.make_vec_env("swath/MowerRouting-v0", num_envs=64, weeds={"count": 160}))
+    ```
+
+    Args:
+        env_id: `swath/MowerRouting-v0`.
+        num_envs: How many environments.
+        seed: Environment i begins with the seed `seed` + i, unless `seed()` is called before the first reset. None: seeds
+            are drawn.
+        scenario: A shipped name, a file, a dictionary, a `Scenario`, or None for the defaults.
+        num_threads: Most threads that a step may use; see `MowerRoutingVectorEnv`.
+        **blocks: Blocks of the scenario, laid over it key by key.
+
+    Raises:
+        ConfigError: If an argument cannot be used; the message names it.
+        ModuleNotFoundError: If stable-baselines3 is not installed; the message names the extra.
+    """
+    if env_id not in ENTRY_POINTS:
+        text = f"`env_id` must be one of {', '.join(ENTRY_POINTS)}, got {env_id!r}"
+        raise ConfigError(text)
+    num_envs = checked_count("num_envs", num_envs, 1_000_000)
+    num_threads = checked_count("num_threads", num_threads, 1024)
+    if importlib.util.find_spec("stable_baselines3") is None:
+        text = "`swath.sb3` needs stable-baselines3: pip install 'swath[train]'"
+        raise ModuleNotFoundError(text)
+    from swath.vec_env import MowerRoutingVecEnv
+
+    batch = _native.Batch(_native.Scenario(scenario, **blocks), num_envs, "SameStep", num_threads, copy=True)
+    env = MowerRoutingVecEnv(batch, num_envs, env_id)
+    if seed is not None:
+        env.seed(seed)
+    return env

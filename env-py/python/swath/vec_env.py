@@ -1,0 +1,223 @@
+"""The `VecEnv` of stable-baselines3 over the native batch; `swath.sb3.make_vec_env` makes it."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Iterable
+from functools import partial
+from typing import TYPE_CHECKING
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+from stable_baselines3.common.monitor import Monitor
+from stable_baselines3.common.vec_env import VecEnv
+
+from swath import _native
+from swath.errors import ClosedError
+from swath.spaces import action_space, observation_space
+from swath.vector import weeds_of
+
+if TYPE_CHECKING:
+    from typing import Any, TypeAlias
+
+    from gymnasium.envs.registration import EnvSpec
+
+    from swath.scenario import Scenario
+    from swath.vector import Flags, Observations
+
+__all__ = ["MowerRoutingVecEnv", "RowEnv"]
+
+Info: TypeAlias = "dict[str, object]"
+Indices: TypeAlias = "int | Iterable[int] | None"
+Space: TypeAlias = "gym.Space[Any]"
+
+_SEEDS = 1 << 63
+
+
+class RowEnv:
+    """One environment of the batch, as `get_attr`, `set_attr` and `env_method` know it.
+
+    Attributes:
+        spec: What Gymnasium has registered.
+        observation_space: Of one environment.
+        action_space: Of one environment.
+    """
+
+    metadata: dict[str, object] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
+    render_mode: str | None = None
+
+    def __init__(self, batch: _native.Batch, row: int, spec: EnvSpec, spaces: tuple[Space, Space]) -> None:
+        """Names the environment in the row `row` of `batch`."""
+        self._batch, self._row = batch, row
+        self.spec = spec
+        self.observation_space, self.action_space = spaces
+
+    @property
+    def unwrapped(self) -> RowEnv:
+        """Itself."""
+        return self
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario with every key resolved."""
+        return self._batch.scenario
+
+    @property
+    def observation_names(self) -> list[str]:
+        """Name of every number of an observation, in order."""
+        return [name for _, _, _, bounds in self._batch.observation_spec for name, _, _ in bounds]
+
+    def snapshot(self) -> bytes:
+        """Returns the state of the episode as bytes; a `MowerRoutingEnv` can restore it too."""
+        return self._batch.snapshot(self._row)
+
+    def restore(self, snapshot: bytes) -> None:
+        """Puts back what `snapshot` returned; the statistics of the episode begin anew."""
+        self._batch.restore(snapshot, self._row)
+
+    def has_wrapper_attr(self, name: str) -> bool:
+        """Tells whether there is an attribute, as on any environment of Gymnasium."""
+        return hasattr(self, name)
+
+    def get_wrapper_attr(self, name: str) -> object:
+        """Returns an attribute, as on any environment of Gymnasium."""
+        return getattr(self, name)
+
+    def set_wrapper_attr(self, name: str, value: object) -> bool:
+        """Sets an attribute, as on any environment of Gymnasium."""
+        setattr(self, name, value)
+        return True
+
+
+class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is read as untyped
+    """Many pastures with one mower each, stepped in one native call.
+
+    Environment i seeded s goes through the same episodes as a `MowerRoutingEnv` seeded s in a `DummyVecEnv`. An episode that
+    ended is followed by the next one in the same step.
+
+    Every info holds `TimeLimit.truncated`. The last info of an episode also holds `terminal_observation`, `episode` (`r`:
+    sum of the rewards, `l`: steps, `t`: seconds since the start, as `Monitor` gives them, so that no monitor is needed),
+    `reward_terms`, `action_clipped` and the keys of `swath.Summary`. Whatever a step returns is fresh.
+    """
+
+    def __init__(self, batch: _native.Batch, num_envs: int, env_id: str) -> None:
+        """Wraps a batch that begins anew in the step that ends an episode."""
+        self._batch = batch
+        self._is_closed = False
+        spaces = (observation_space(batch.observation_spec), action_space(batch.action_spec))
+        self._envs = [RowEnv(batch, row, gym.spec(env_id), spaces) for row in range(num_envs)]
+        self._actions: npt.ArrayLike | None = None
+        self._start_s = time.time()
+        super().__init__(num_envs, *spaces)
+
+    @property
+    def spec(self) -> EnvSpec:
+        """What Gymnasium has registered."""
+        return self._envs[0].spec
+
+    @property
+    def _core(self) -> _native.Batch:
+        if self._is_closed:
+            text = "`close` must come after the last call of anything else"
+            raise ClosedError(text)
+        return self._batch
+
+    def reset(self) -> Observations:
+        """Begins an episode in every environment, with the seeds and options set since the last reset.
+
+        Returns:
+            One row an environment.
+
+        Raises:
+            ConfigError: If a seed or an option cannot be used; nothing has changed then.
+            ClosedError: After `close`.
+        """
+        batch, seeds = self._core, list(self._seeds)
+        weeds = [next(iter(weeds_of(options, 1)), None) for options in self._options]
+        first_seed = None
+        if not batch.has_begun and None in seeds:
+            first_seed = int(np.random.default_rng().integers(_SEEDS))
+        observations, _ = batch.reset(seeds, None, weeds, first_seed)
+        self.reset_infos = [_reset_info() for _ in seeds]
+        self._reset_seeds()
+        self._reset_options()
+        return observations
+
+    def step_async(self, actions: npt.ArrayLike) -> None:
+        """Keeps the actions, one row an environment, for `step_wait`."""
+        self._actions = actions
+
+    def step_wait(self) -> tuple[Observations, npt.NDArray[np.float32], Flags, list[Info]]:
+        """Steps every environment.
+
+        Returns:
+            observations: One row an environment; of an episode that ended, the first one of the next.
+            rewards: (num_envs,) float32.
+            dones: (num_envs,) bool.
+            infos: See the class.
+
+        Raises:
+            ActionError: If the actions have another shape or one of them cannot be carried out (the message says whose),
+                and before the first reset; nothing has moved then.
+            ClosedError: After `close`.
+        """
+        elapsed_s = time.time() - self._start_s
+        observations, rewards, dones, infos, ended = self._core.step_flat(self._actions, elapsed_s)
+        for row in ended:
+            self.reset_infos[row] = _reset_info()
+        return observations, rewards, dones, infos
+
+    def close(self) -> None:
+        """Ends the use of the environments; closing twice is fine."""
+        self._is_closed = True
+
+    def get_attr(self, attr_name: str, indices: Indices = None) -> list[object]:
+        """Returns an attribute of every environment, see `RowEnv`.
+
+        Raises:
+            AttributeError: If there is none.
+        """
+        if attr_name == "action_masks":
+            self._masks()
+            return [partial(self._mask, row) for row in self._get_indices(indices)]
+        return [getattr(self._envs[row], attr_name) for row in self._get_indices(indices)]
+
+    def set_attr(self, attr_name: str, value: object, indices: Indices = None) -> None:
+        """Sets an attribute of every environment."""
+        for row in self._get_indices(indices):
+            setattr(self._envs[row], attr_name, value)
+
+    def env_method(self, method_name: str, *args: object, indices: Indices = None, **kwargs: object) -> list[object]:
+        """Calls a method of every environment; `action_masks` where the action kind has masks.
+
+        Raises:
+            AttributeError: If there is none.
+        """
+        if method_name == "action_masks":
+            masks = self._masks()
+            return [masks[row] for row in self._get_indices(indices)]
+        return [getattr(self._envs[row], method_name)(*args, **kwargs) for row in self._get_indices(indices)]
+
+    def env_is_wrapped(self, wrapper_class: type[gym.Wrapper], indices: Indices = None) -> list[bool]:  # type: ignore[type-arg] # whatever it wraps
+        """Says yes to `Monitor`, whose work is done natively, and no to every other wrapper."""
+        return [wrapper_class is Monitor for _ in self._get_indices(indices)]
+
+    def get_images(self) -> list[None]:
+        """Returns None for every environment: there is no picture yet."""
+        warnings.warn(f"the render mode is {self.render_mode}: there are no images", stacklevel=2)
+        return [None] * self.num_envs
+
+    def _masks(self) -> Flags:
+        """Returns which choices every environment has; the batch has the attribute where its action kind has masks."""
+        masks: Flags = getattr(self._core, "action_masks")  # noqa: B009 - the attribute may be missing
+        return masks
+
+    def _mask(self, row: int) -> Flags:
+        mask: Flags = self._masks()[row]
+        return mask
+
+
+def _reset_info() -> Info:
+    return {"reward_terms": {"weed": 0.0, "path": 0.0, "failure": 0.0}, "action_clipped": False}
