@@ -14,6 +14,7 @@ __all__ = [
     "Agent",
     "AgentSpec",
     "Batch",
+    "Crew",
     "Env",
     "Episode",
     "EpisodeStream",
@@ -118,6 +119,11 @@ class Agent:
     @property
     def outcome(self) -> str | None: ...
     def act(self, env: Env) -> npt.NDArray[np.float32] | None: ...
+
+@final
+class Crew:
+    def __new__(cls, spec: AgentSpec, seeds: Sequence[int]) -> Self: ...
+    def act(self, batch: Batch, live: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.float32], list[str | None]]: ...
 
 def agents() -> list[tuple[str, str, bool]]: ...
 
