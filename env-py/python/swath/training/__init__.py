@@ -6,7 +6,7 @@
 | `algorithms`, `networks`, `candidate_policy` | what is trained, and by which parameters |
 | `environments`, `generators`, `checkpoint` | what a training's state consists of, and the state on disk |
 | `folder`, `callback`, `run` | the training itself |
-| `play`, `curve`, `table` | evaluation on held-out instances |
+| `play`, `curve`, `times`, `table` | evaluation on held-out instances |
 | `card`, `policy` | a model's file and the text beside it, and the policy loaded from them |
 
 Only names that need no optional package are imported here.

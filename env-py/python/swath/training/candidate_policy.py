@@ -45,6 +45,7 @@ class CandidatePolicy(MaskableActorCriticPolicy):
             lr_schedule,
             net_arch=[],
             features_extractor_class=CandidatesExtractor,
+            features_extractor_kwargs={"rows": int(action_space.n)},
             normalize_images=normalize_images,
             optimizer_kwargs=optimizer_kwargs,
         )

@@ -60,6 +60,11 @@ class Folder:
         return self.path / "evaluations.csv"
 
     @property
+    def times(self) -> Path:
+        """How long the training took up to each evaluation."""
+        return self.path / "times.csv"
+
+    @property
     def model(self) -> Path:
         """The trained model; it is there when the training is over."""
         return self.path / "model.zip"

@@ -96,19 +96,20 @@ class DictExtractor(BaseFeaturesExtractor):
 class CandidatesExtractor(BaseFeaturesExtractor):
     """The table `candidates` (K, F) and, from the observation `dict`, `features`, flat and side by side."""
 
-    def __init__(self, observation_space: spaces.Space[object]) -> None:
+    def __init__(self, observation_space: spaces.Space[object], rows: int) -> None:
         """Remembers the shapes.
 
         Args:
-            observation_space: `Box` of shape (K, F), or a `Dict` that holds it as `candidates`, with or without
-                `features`.
+            observation_space: `Box` of shape (K, F) or (K F,), or a `Dict` that holds it as `candidates`, with or
+                without `features`.
+            rows: K.
         """
         parts = observation_space.spaces if isinstance(observation_space, spaces.Dict) else None
         table = observation_space if parts is None else parts["candidates"]
-        assert table.shape is not None, "a table has a shape"
-        self.table_shape: tuple[int, int] = (table.shape[0], table.shape[1])
+        size = spaces.flatdim(table)
+        self.table_shape: tuple[int, int] = (rows, size // rows)
         self.context_size = 0 if parts is None or "features" not in parts else spaces.flatdim(parts["features"])
-        super().__init__(observation_space, self.context_size + table.shape[0] * table.shape[1])
+        super().__init__(observation_space, self.context_size + size)
 
     def forward(self, observation: torch.Tensor | Mapping[str, torch.Tensor]) -> torch.Tensor:
         """Returns (batch, context_size + K F): the features, then the table row by row."""

@@ -20,6 +20,7 @@ from swath.training.generators import unchanged
 from swath.training.play import evaluate_policy
 from swath.training.policy import Policy, RandomPlayer
 from swath.training.table import line_of
+from swath.training.times import Times
 
 if TYPE_CHECKING:
     from swath.evaluation.row import Row
@@ -38,8 +39,8 @@ def train(
     """Trains a policy with stable-baselines3, or goes on with a training that was stopped.
 
     The folder gets `training.toml` (every key written out), `tensorboard/`, `checkpoints/`, `evaluations.csv` (one row
-    for each episode played for evaluation), `untrained.zip`, and `model.zip` when the training is over; beside each
-    model a `.toml` file says what it is, and `load_policy` reads it.
+    for each episode played for evaluation), `times.csv`, `untrained.zip`, and `model.zip` when the training is over;
+    beside each model a `.toml` file says what it is, and `load_policy` reads it.
     A training that was killed goes on from its last checkpoint, and ends as if it had not been killed: the same
     parameters, the same evaluations (but for gSDE, whose noise is drawn anew).
 
@@ -85,6 +86,7 @@ class _Training:
             self.model = self.checkpoints.load(newest, make_venv(config.scenario, config.num_envs, config.num_threads))
         self.steps_before = self.model.num_timesteps
         self.curve.forget_after(self.steps_before if newest is not None else -1)
+        self.times = Times(folder.times, self.steps_before)
 
     def learn(self, bar: Progress) -> None:
         """Learns up to the last step, and writes the model."""
@@ -124,6 +126,7 @@ class _Training:
         policy = Policy(self.model, self.model.get_vec_normalize_env(), plan.deterministic)
         self.curve.add(steps, POLICY, self._play(policy, plan, POLICY))
         self.curve.write(self.folder.evaluations)
+        self.times.write(steps)
         self._log(steps, plan)
         self.say(line_of(self.curve, steps))
 
