@@ -184,6 +184,16 @@ def test_evaluations_hold_every_agent_on_the_same_held_out_instances(tmp_path):
     assert written.longer_m(768, "snake") == curve.longer_m(768, "snake")
 
 
+def test_flat_maps_are_refused_with_the_key_that_gives_them_their_shape(tmp_path):
+    maps = {"scenario": {"observation": {"kind": "maps"}}, "normalize": {"norm_obs": False}}
+    policy = {"policy": {"class": "CnnPolicy", "features_extractor_class": "MapsExtractor"}}
+    with pytest.raises(
+        ConfigError, match=r"^`policy` and `hyperparameters` must suit ppo: maps must have three axes"
+    ) as error:
+        training.train(check(**maps, **policy), out=tmp_path / "out")
+    assert "`observation.flat` = false" in str(error.value)
+
+
 def test_a_folder_with_another_training_is_refused_by_the_first_key_that_differs(tmp_path):
     training.train(check(), out=tmp_path / "out")
     with pytest.raises(ConfigError, match=r"with total_steps 768 instead of 1536$"):

@@ -34,4 +34,4 @@ def train(
     except KeyboardInterrupt:
         raise Stopped("stopped: the same command goes on from the last checkpoint") from None  # noqa: TRY003
     typer.echo(table_of(curve), nl=False)
-    typer.echo(f"wrote {out / 'model.zip'} and {out / 'evaluations.csv'}")
+    typer.echo(f"wrote {out / 'model.zip'}" + (f" and {out / 'evaluations.csv'}" if curve.steps else ""))

@@ -89,7 +89,7 @@ def new_model(config: TrainingConfig, venv: VecEnv) -> BaseAlgorithm:
         )
     except (AssertionError, ValueError, TypeError) as error:
         reason = str(error).strip().splitlines() or ["no reason given"]
-        text = f"`hyperparameters` must suit {config.algorithm}: {reason[0]}"
+        text = f"`policy` and `hyperparameters` must suit {config.algorithm}: {reason[0]}"
         raise ConfigError(text) from error
 
 

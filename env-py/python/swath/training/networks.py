@@ -49,8 +49,10 @@ class MapsExtractor(BaseFeaturesExtractor):
             scales: Number of scales, into which the channels of the maps are grouped.
         """
         super().__init__(observation_space, features_dim)
-        assert observation_space.shape is not None, "maps have a shape"
-        depth, wide = observation_space.shape[0], scales * channels
+        shape = observation_space.shape or ()
+        # stable-baselines3 refuses parameters by assertions too, and a training turns both into its own error.
+        assert len(shape) == 3, f"maps must have three axes (`observation.flat` = false), got the shape {shape}"
+        depth, wide = shape[0], scales * channels
         self.look = nn.Sequential(
             nn.Conv2d(depth, wide, kernel_size=2, stride=2, groups=scales),
             nn.ReLU(),
@@ -61,7 +63,7 @@ class MapsExtractor(BaseFeaturesExtractor):
             nn.Flatten(),
         )
         with torch.no_grad():
-            size = self.look(torch.zeros(1, *observation_space.shape)).shape[1]
+            size = self.look(torch.zeros(1, *shape)).shape[1]
         self.dense = nn.Sequential(nn.Linear(size, features_dim), nn.ReLU())
 
     def forward(self, maps: torch.Tensor) -> torch.Tensor:
