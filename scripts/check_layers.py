@@ -37,6 +37,7 @@ REACHED_FROM = {
     "bincode": {"swath-wire", "swath-server", "swath-py", "swath-tests", "swath-benchmarks"},
     "criterion": {"swath-benchmarks"},
     "proptest": {"swath-tests"},
+    "allocation-counter": {"swath-tests"},
 }
 
 

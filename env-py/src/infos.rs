@@ -56,11 +56,11 @@ pub(crate) fn put_summaries(
     put.named("weeds_total", &column(ended, |last| count(last.summary.weeds_total)))?;
     put.named("weeds_detected", &column(ended, |last| count(last.summary.weeds_detected)))?;
     put.named("weeds_mowed", &column(ended, |last| count(last.summary.weeds_mowed)))?;
-    let outcome = |last: &Option<&Last>| match last {
+    let outcome = |last: Option<&Last>| match last {
         Some(last) => PyString::new(infos.py(), last.outcome.name()).into_any().unbind(),
         None => infos.py().None(),
     };
-    put.named("outcome", &ended.iter().map(outcome).collect::<Vec<_>>())
+    put.named("outcome", &ended.iter().copied().map(outcome).collect::<Vec<_>>())
 }
 
 /// The infos of the episodes that ended with a step after which their rows began anew.

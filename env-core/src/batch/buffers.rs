@@ -78,6 +78,20 @@ pub struct StepMut<'a> {
 }
 
 impl StepMut<'_> {
+    /// The first `rows` rows of every column; the observations as they are.
+    pub(super) fn first(self, rows: usize) -> Self {
+        Self {
+            observation: self.observation,
+            reward: &mut self.reward[..rows],
+            terminated: &mut self.terminated[..rows],
+            truncated: &mut self.truncated[..rows],
+            weed: &mut self.weed[..rows],
+            path: &mut self.path[..rows],
+            failure: &mut self.failure[..rows],
+            is_clipped: &mut self.is_clipped[..rows],
+        }
+    }
+
     /// The first `rows` rows, and the others.
     pub(super) fn split_at(self, rows: usize, sizes: Sizes) -> (Self, Self) {
         let (observation, more_observations) = self.observation.split_at(rows, sizes);

@@ -46,14 +46,16 @@ impl Rows<'_> {
     pub(super) fn step(self, form: Form) -> usize {
         let Self { envs, states, last, mut last_observation, actions, mut out } = self;
         let mut observations = std::mem::take(&mut out.observation);
+        // Said here once, the lengths need no check at every row.
+        let (last, mut out) = (&mut last[..envs.len()], out.first(envs.len()));
         let mut ended = 0;
-        for (row, env) in envs.iter_mut().enumerate() {
+        for (row, (env, state)) in envs.iter_mut().zip(states).enumerate() {
             let (mut observation, rest) = observations.split_at(1, form.sizes);
             observations = rest;
-            if states[row] == State::Ended {
+            if *state == State::Ended {
                 env.reset_next(Beginning::default());
                 env.observe(observation);
-                states[row] = State::Running;
+                *state = State::Running;
                 (out.reward[row], out.terminated[row], out.truncated[row]) = (0.0, false, false);
                 out.write_begun(row);
                 continue;
@@ -77,7 +79,7 @@ impl Rows<'_> {
                 env.observe(observation);
                 out.write_begun(row);
             } else {
-                states[row] = State::Ended;
+                *state = State::Ended;
             }
         }
         ended

@@ -37,8 +37,8 @@ def make_vec_env(
     Args:
         env_id: `swath/MowerRouting-v0`.
         num_envs: How many environments.
-        seed: Environment i begins with the seed `seed` + i, unless `seed()` is called before the first reset. None: seeds
-            are drawn.
+        seed: Environment i begins with the seed `seed` + i, unless `seed()` is called before the first reset. None:
+            seeds are drawn.
         scenario: A shipped name, a file, a dictionary, a `Scenario`, or None for the defaults.
         num_threads: Most threads that a step may use; see `MowerRoutingVectorEnv`.
         **blocks: Blocks of the scenario, laid over it key by key.

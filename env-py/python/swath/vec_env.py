@@ -94,11 +94,11 @@ class RowEnv:
 class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is read as untyped
     """Many pastures with one mower each, stepped in one native call.
 
-    Environment i seeded s goes through the same episodes as a `MowerRoutingEnv` seeded s in a `DummyVecEnv`. An episode that
-    ended is followed by the next one in the same step.
+    An environment seeded s goes through the same episodes as a `MowerRoutingEnv` seeded s in a `DummyVecEnv`; one that
+    ended is followed by the next in the same step.
 
-    Every info holds `TimeLimit.truncated`. The last info of an episode also holds `terminal_observation`, `episode` (`r`:
-    sum of the rewards, `l`: steps, `t`: seconds since the start, as `Monitor` gives them, so that no monitor is needed),
+    Every info holds `TimeLimit.truncated`. The last info of an episode also holds `terminal_observation`, `episode` as
+    `Monitor` gives it (`r`: sum of rewards, `l`: steps, `t`: seconds since the start), so that no monitor is needed,
     `reward_terms`, `action_clipped` and the keys of `swath.Summary`. Whatever a step returns is fresh.
     """
 
@@ -120,7 +120,7 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
     @property
     def _core(self) -> _native.Batch:
         if self._is_closed:
-            text = "`close` must come after the last call of anything else"
+            text = "`reset` and `step` must come before `close`"
             raise ClosedError(text)
         return self._batch
 
@@ -139,7 +139,7 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
         first_seed = None
         if not batch.has_begun and None in seeds:
             first_seed = int(np.random.default_rng().integers(_SEEDS))
-        observations, _ = batch.reset(seeds, None, weeds, first_seed)
+        observations: Observations = batch.reset(seeds, None, weeds, first_seed)[0]
         self.reset_infos = [_reset_info() for _ in seeds]
         self._reset_seeds()
         self._reset_options()
@@ -159,8 +159,8 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
             infos: See the class.
 
         Raises:
-            ActionError: If the actions have another shape or one of them cannot be carried out (the message says whose),
-                and before the first reset; nothing has moved then.
+            ActionError: If the actions have another shape or one of them cannot be carried out (the message names its
+                row), and before the first reset; nothing has moved then.
             ClosedError: After `close`.
         """
         elapsed_s = time.time() - self._start_s
@@ -200,7 +200,7 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
             return [masks[row] for row in self._get_indices(indices)]
         return [getattr(self._envs[row], method_name)(*args, **kwargs) for row in self._get_indices(indices)]
 
-    def env_is_wrapped(self, wrapper_class: type[gym.Wrapper], indices: Indices = None) -> list[bool]:  # type: ignore[type-arg] # whatever it wraps
+    def env_is_wrapped(self, wrapper_class: type[object], indices: Indices = None) -> list[bool]:
         """Says yes to `Monitor`, whose work is done natively, and no to every other wrapper."""
         return [wrapper_class is Monitor for _ in self._get_indices(indices)]
 

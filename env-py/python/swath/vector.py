@@ -39,13 +39,13 @@ _MOST_ENVS = 1_000_000
 class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDArray[np.generic]"]):
     """Many pastures with one mower each, stepped in one native call; `gym.make_vec` makes it.
 
-    Every environment is a `MowerRoutingEnv`, which describes actions, observations, rewards and infos. Environment i of a
-    vector seeded s is the environment seeded s + i, for any number of environments and threads; each goes on with the
+    Every environment is a `MowerRoutingEnv`, which describes actions, observations, rewards and infos. Environment i of
+    a vector seeded s is the environment seeded s + i, for any number of environments and threads; each goes on with the
     later episodes of its own seed.
 
     | `autoreset_mode` | the step that ends an episode returns | the step after |
     |---|---|---|
-    | `NEXT_STEP` (default) | its last observation | ignores the action: first observation of the next episode, reward 0 |
+    | `NEXT_STEP` (default) | its last observation | ignores its action: first observation of a new episode, reward 0 |
     | `SAME_STEP` | the first observation of the next episode; the last one in `infos["final_obs"]` | an ordinary step |
     | `DISABLED` | its last observation | an error until `reset(options={"reset_mask": ...})` |
 
@@ -57,10 +57,10 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
     - `num_envs`: from 1 to 1,000,000.
     - `scenario` and its blocks, `render_mode`: as those of `MowerRoutingEnv`.
     - `autoreset_mode`: a member of `gymnasium.vector.AutoresetMode` or its value (`NextStep`, `SameStep`, `Disabled`).
-    - `num_threads`: most threads that a step may use (default 1: the caller's). Results never depend on it. A thread gets
-      at least 64 environments, since to wake one takes about as long as they do; 4 where observations hold maps.
-    - `copy`: whether every step returns fresh arrays (default). With False the observations of all steps lie in the same
-      arrays, each overwriting the one before; rewards, flags and infos are always fresh.
+    - `num_threads`: most threads that a step may use (default 1: the caller's own). Results never depend on it. Fewer
+      than 64 environments are not worth a thread (than 4 where observations hold maps), so that few are never shared.
+    - `copy`: whether every step returns fresh arrays (default). With False the observations of all steps are the same
+      arrays, each step overwriting the one before; rewards, flags and infos are always fresh.
 
     ```python
     envs = gym.make_vec("swath/MowerRouting-v0", num_envs=1024, weeds={"count": 160})
@@ -120,7 +120,7 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
     @property
     def _core(self) -> _native.Batch:
         if self.closed:
-            text = "`close` must come after the last call of anything else"
+            text = "`reset` and `step` must come before `close`"
             raise ClosedError(text)
         return self._batch
 
@@ -159,9 +159,7 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
             super().reset(seed=base)
         return result
 
-    def step(
-        self, actions: npt.ArrayLike
-    ) -> tuple[Observations, npt.NDArray[np.float64], Flags, Flags, Infos]:
+    def step(self, actions: npt.ArrayLike) -> tuple[Observations, npt.NDArray[np.float64], Flags, Flags, Infos]:
         """Steps every environment.
 
         Args:
@@ -175,8 +173,8 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
             infos: See the class.
 
         Raises:
-            ActionError: If the actions have another shape or one of them cannot be carried out (the message says whose),
-                before the first reset, and with `DISABLED` after the end of an episode; nothing has moved then.
+            ActionError: If the actions have another shape or one of them cannot be carried out (the message names its
+                row), before the first reset, and with `DISABLED` after the end of an episode; nothing has moved then.
             ClosedError: After `close`.
         """
         return self._core.step(actions)
@@ -246,14 +244,17 @@ def weeds_of(options: Mapping[str, object] | None, num_envs: int) -> list[object
     weeds = options.get("weeds") if options else None
     if weeds is None:
         return []
-    is_array = isinstance(weeds, np.ndarray)
-    if not (weeds.ndim == 3 if is_array else isinstance(weeds, list | tuple) and any(map(_is_table, weeds))):
+    if isinstance(weeds, np.ndarray):
+        is_by_row = weeds.ndim == 3
+    else:
+        is_by_row = isinstance(weeds, list | tuple) and any(map(_is_table, weeds))
+    if not is_by_row:
         return [weeds]
-    rows = list(weeds)
+    assert isinstance(weeds, np.ndarray | list | tuple), "only those are by row"
+    rows: list[object] = list(weeds)
     if len(rows) != num_envs:
         text = f"`weeds` must be one array, or one for each of {num_envs} environments, got {len(rows)}"
         raise ConfigError(text)
-    # A single environment's own None says the same as none at all.
     return rows
 
 

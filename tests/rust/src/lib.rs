@@ -5,6 +5,7 @@
 //! variable `PROPTEST_CASES` says; seeds that failed once are kept beside the test, in `*.proptest-regressions`.
 
 pub mod cases;
+pub mod columns;
 pub mod oracle;
 pub mod scene;
 pub mod watch;
