@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use swath_agents::agent::{Agent as Planner, Decision};
 use swath_core::action::ActionSpec;
@@ -35,8 +35,7 @@ type Decisions<'py> = (Bound<'py, PyArray2<f32>>, Vec<Option<&'static str>>);
 impl Crew {
     #[new]
     fn new(spec: &AgentSpec, seeds: Vec<Seed>) -> Self {
-        let member =
-            |seed| Member { agent: Agent::new(spec, seed), planner: None, stop: None };
+        let member = |seed| Member { agent: Agent::new(spec, seed), planner: None, stop: None };
         Self { members: seeds.into_iter().map(member).collect() }
     }
 
@@ -45,10 +44,10 @@ impl Crew {
         &mut self,
         py: Python<'py>,
         batch: &Batch,
-        live: PyReadonlyArray1<'py, bool>,
+        live: &Bound<'py, PyArray1<bool>>,
     ) -> Result<Decisions<'py>, Error> {
         let rows = batch.rows();
-        let live = live.as_array().to_vec();
+        let live = live.readonly().as_array().to_vec();
         if rows.len() != self.members.len() || live.len() != rows.len() {
             let expected = format!("a batch of {} environments", self.members.len());
             return Err(ConfigError::value("batch", expected, rows.len()).into());
@@ -56,7 +55,12 @@ impl Crew {
         let ActionSpec::Continuous(numbers) = rows[0].decoder().spec() else {
             let kind = rows[0].scenario().action.kind;
             let expected = "`steer` or `drive` for a scripted agent";
-            return Err(ConfigError::value("action.kind", expected, format!("`{kind:?}`").to_lowercase()).into());
+            return Err(ConfigError::value(
+                "action.kind",
+                expected,
+                format!("`{kind:?}`").to_lowercase(),
+            )
+            .into());
         };
         let actions = py.detach(|| {
             let act = |((member, env), is_live): ((&mut Member, &Env), bool)| {

@@ -79,7 +79,7 @@ def play(batch: _native.Batch, driver: Driver, seeds: Sequence[int]) -> list[Rec
     while live.any():
         masks = getattr(batch, "action_masks", None)
         actions, stops = driver.act(batch, observations, masks, live)
-        for row in np.flatnonzero(live):
+        for row in np.flatnonzero(live).tolist():
             outcome = stops[row]
             if outcome is not None:
                 episodes[row].stop(outcome)
@@ -88,7 +88,7 @@ def play(batch: _native.Batch, driver: Driver, seeds: Sequence[int]) -> list[Rec
             break
         # Rows without a running episode step too, and nobody looks.
         observations, rewards, terminated, truncated, infos = batch.step(actions)
-        for row in np.flatnonzero(live):
+        for row in np.flatnonzero(live).tolist():
             is_over = bool(terminated[row] or truncated[row])
             last = infos["final_info"] if is_over else infos
             assert isinstance(last, dict), "an episode that is over has a last info"

@@ -22,7 +22,7 @@ class CandidatePolicy(MaskableActorCriticPolicy):
     def __init__(
         self,
         observation_space: spaces.Space[object],
-        action_space: spaces.Space[object],
+        action_space: spaces.Discrete,
         lr_schedule: Schedule,
         width: int = 64,
         normalize_images: bool = True,  # noqa: FBT001, FBT002 - the base class's argument
