@@ -32,14 +32,16 @@ def contest(folder: Path) -> str:
     """Every contestant on the same instances, and how much the trained policy's path differs from its path."""
     paths: dict[str, list[float]] = {}
     mowed: dict[str, list[float]] = {}
+    seen: dict[str, list[float]] = {}
     outcomes: dict[str, list[str]] = {}
     for row in read(folder / "episodes.csv"):
         paths.setdefault(row["agent"], []).append(float(row["path_length_m"]))
         mowed.setdefault(row["agent"], []).append(float(row["weeds_mowed"]))
+        seen.setdefault(row["agent"], []).append(100 * float(row["seen_fraction"]))
         outcomes.setdefault(row["agent"], []).append(row["outcome"])
     lines = [
-        "| agent | path, m | weeds mowed | trained - it: path, m | path, % | weeds mowed | ended by |",
-        "|---|---|---|---|---|---|---|",
+        "| agent | path, m | weeds mowed | ground seen, % | trained - it: path, m | path, % | weeds mowed | ended by |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for agent, path in paths.items():
         ends = ", ".join(f"{outcomes[agent].count(name)} {name}" for name in sorted(set(outcomes[agent])))
@@ -50,11 +52,10 @@ def contest(folder: Path) -> str:
             share = 100 * longer["mean"] / spread(path)["mean"]
             versus = [f"{shown(longer, '+')}", f"{share:+.1f}", f"{shown(more, '+', 2)}"]
         name = f"`{agent}`" if agent in (*SCRIPTED, RANDOM) else agent
-        lines.append(
-            f"| {' | '.join([name, shown(spread(path)), shown(spread(mowed[agent]), '', 2), *versus, ends])} |"
-        )
+        own = [shown(spread(path)), shown(spread(mowed[agent]), "", 2), shown(spread(seen[agent]), "", 1)]
+        lines.append(f"| {' | '.join([name, *own, *versus, ends])} |")
     count = len(paths[TRAINED])
-    foot = f"{count} held-out instances, the same for all: mean ± half its 95 % interval; paired differences."
+    foot = f"{count} held-out instances, the same for all: mean ± half its 95 % interval (t); paired differences."
     return "\n".join([*lines, "", foot, ""])
 
 

@@ -13,6 +13,7 @@ import swath
 from swath.evaluation.row import Row
 from swath.training import Curve, RandomPlayer, evaluate_policy, load_policy
 from swath.training.curve import POLICY
+from swath.training.policy import Player
 
 TRAININGS = ("maskable-routing", "ppo-features")
 """The trainings of `configs/train` whose results are shown."""
@@ -59,7 +60,7 @@ def contest(run: Path, instances: int) -> Iterator[Row]:
     trained = load_policy(run / "model.zip")
     assert trained.card is not None, "it was loaded with its card"
     scenario = trained.card.scenario
-    players = {
+    players: dict[str, Player] = {
         TRAINED: trained,
         UNTRAINED: load_policy(run / "untrained.zip"),
         SAMPLED: load_policy(run / "untrained.zip", deterministic=False),
