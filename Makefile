@@ -6,6 +6,8 @@ SHELL := bash
 
 VENV := $(CURDIR)/.venv
 OLDEST := $(CURDIR)/.venv-oldest
+ZOO := $(CURDIR)/.venv-zoo
+RLLIB := $(CURDIR)/.venv-rllib
 export VIRTUAL_ENV := $(VENV)
 export PATH := $(VENV)/bin:$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
@@ -115,6 +117,29 @@ test-gymnasium-oldest: wheel ## the Gymnasium contract tests on the wheel, under
 	$(OLDEST)/bin/python -m pip install --quiet --no-deps --force-reinstall target/wheels/*.whl
 	$(OLDEST)/bin/python -m pytest tests/python/test_gymnasium_contract.py tests/python/test_vector.py
 
+# Examples with other libraries, each in an environment of its own
+
+.PHONY: examples
+examples: example-zoo example-rllib ## the RL Zoo and RLlib train for some hundred steps
+
+.PHONY: example-zoo
+example-zoo: wheel ## the RL Zoo with the settings of configs/zoo, for some hundred steps, in .venv-zoo
+	$(call need,$(ZOO),zoo)
+	$(ZOO)/bin/python -m pip install --quiet --no-deps --force-reinstall target/wheels/*.whl
+	$(ZOO_TRAIN) --algo ppo --conf-file configs/zoo/ppo.yml -n 512 -params n_steps:16 batch_size:64
+	$(ZOO_TRAIN) --algo sac --conf-file configs/zoo/sac.yml -n 256 -params learning_starts:64 buffer_size:1000
+ZOO_TRAIN = OMP_NUM_THREADS=1 $(ZOO)/bin/python -m rl_zoo3.train --env swath/MowerRouting-v0 --gym-packages swath \
+  --eval-freq 0 --log-folder out/zoo
+
+.PHONY: example-rllib
+example-rllib: wheel ## PPO of RLlib for some hundred steps, on the native batch and on single environments, in .venv-rllib
+	$(call need,$(RLLIB),rllib)
+	$(RLLIB)/bin/python -m pip install --quiet --no-deps --force-reinstall target/wheels/*.whl
+	for mode in vector_entry_point sync; do \
+	  OMP_NUM_THREADS=1 $(RLLIB)/bin/python examples/rllib_ppo.py --vectorize-mode $$mode --iterations 2 \
+	    --num-envs 4 --batch-size 512 --minibatch-size 64 --budget 0.02; \
+	done
+
 # Gates
 
 .PHONY: lint
@@ -190,6 +215,13 @@ valgrind: ## in CI: installs valgrind, which bench-count needs, from the system'
 	@command -v valgrind >/dev/null || [ -z "$(CI)" ] || ! command -v apt-get >/dev/null \
 	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends valgrind; } \
 	  || echo "valgrind could not be installed"
+
+.PHONY: train-learned
+train-learned: build-release ## the trainings of agents/learned, their curves and contests; goes on where it was stopped
+	$(call need,$(VENV),test)
+	python -m swath train maskable-routing --out out/learned/maskable-routing
+	python -m swath train ppo-features --out out/learned/ppo-features
+	python -m benchmarks.learned
 
 .PHONY: paper
 paper: build-release ## the experiments of the paper run anew: docs/reproduce, its data and figures

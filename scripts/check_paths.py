@@ -14,8 +14,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**/*.md")
-GENERATED = {"out", "target", "site", ".venv", ".venv-oldest"}
+PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**/*.md", "agents/learned/*.md")
+GENERATED = {"out", "target", "site", ".venv", ".venv-oldest", ".venv-rllib", ".venv-zoo"}
 
 LINK = re.compile(r"\]\(\s*<?([^)\s>]+)[^)]*\)")
 CODE = re.compile(r"(`+)(.+?)\1")

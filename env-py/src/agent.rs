@@ -77,7 +77,7 @@ struct Present {
 #[pymethods]
 impl Agent {
     #[new]
-    fn new(spec: &AgentSpec, seed: Seed) -> Self {
+    pub(crate) fn new(spec: &AgentSpec, seed: Seed) -> Self {
         Self { spec: spec.spec.clone(), seed: seed.0, present: None }
     }
 
@@ -132,7 +132,7 @@ impl Agent {
     }
 
     /// The planner itself where an action can end a step at the end of an arc; else a tracker that follows its path.
-    fn build(&self, kind: ActionKind) -> Box<dyn Planner> {
+    pub(crate) fn build(&self, kind: ActionKind) -> Box<dyn Planner> {
         match kind {
             ActionKind::Drive => self.spec.build(self.seed),
             _ => self.spec.build_tracked(self.seed),

@@ -7,7 +7,7 @@ use pyo3::types::{PyBytes, PyDict, PyList};
 use swath_core::action::ActionSpec;
 use swath_core::batch::{Autoreset, BatchEnv, BatchOptions, StepMut};
 use swath_core::config::ConfigError;
-use swath_core::env::Beginning;
+use swath_core::env::{Beginning, Env};
 use swath_core::geometry::Point;
 use swath_core::observation::ObservationMut;
 
@@ -290,6 +290,11 @@ impl Batch {
 }
 
 impl Batch {
+    /// The environments, one a row.
+    pub(crate) fn rows(&self) -> &[Env] {
+        self.core.rows()
+    }
+
     /// Steps every row. Returns the observations and how many episodes ended.
     fn advance<'py>(
         &mut self,

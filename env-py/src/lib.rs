@@ -10,9 +10,10 @@
 //! | `spec`, `action`, `observations`, `infos` | what observations and actions look like, and arrays of many of them |
 //! | `source`, `scenario` | what a caller names as a scenario, and the checked scenario |
 //! | `env`, `batch` | one environment, and many |
-//! | `agent` | agents that act in it |
+//! | `agent`, `crew` | agents that act in one or in many |
 //! | `waiting`, `episode`, `evaluation` | whole episodes, one or many, in threads of their own |
 //! | `statistics` | quantiles for confidence intervals |
+//! | `training` | the shipped training configurations |
 
 mod errors;
 mod table;
@@ -28,10 +29,12 @@ mod scenario;
 mod env;
 mod batch;
 mod agent;
+mod crew;
 mod waiting;
 mod episode;
 mod evaluation;
 mod statistics;
+mod training;
 
 /// The compiled part of swath.
 #[pyo3::pymodule]
@@ -40,6 +43,8 @@ mod _native {
     use crate::agent::{Agent, AgentSpec, agents};
     #[pymodule_export]
     use crate::batch::Batch;
+    #[pymodule_export]
+    use crate::crew::Crew;
     #[pymodule_export]
     use crate::env::Env;
     #[pymodule_export]
@@ -50,6 +55,8 @@ mod _native {
     use crate::scenario::{Scenario, cells, resolved, schema, shipped};
     #[pymodule_export]
     use crate::statistics::student_t;
+    #[pymodule_export]
+    use crate::training::{parse_toml, shipped_trainings};
 
     /// Version of swath.
     #[pymodule_export]

@@ -150,7 +150,11 @@ impl StepMut<'_> {
             self.distance_m.len(),
         ];
         assert_eq!(lengths, [rows; 8], "a buffer of the step has the wrong length");
-        assert_eq!(self.action_mask.len(), rows * choices, "the buffer of masks has the wrong length");
+        assert_eq!(
+            self.action_mask.len(),
+            rows * choices,
+            "the buffer of masks has the wrong length"
+        );
     }
 
     /// Writes all of a row but the observation.

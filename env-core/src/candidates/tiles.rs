@@ -1,8 +1,8 @@
 //! Unseen ground in pieces: bands as high as the sensor sees, cut into tiles, in the order of a boustrophedon search.
 
-use crate::ground::SeenGround;
 use crate::geometry::Point;
 use crate::grid::Grid;
+use crate::ground::SeenGround;
 use crate::math::floor_index;
 use crate::site::{Site, passes};
 

@@ -12,7 +12,7 @@ while (action := agent.act(env)) is not None:
 ```
 """
 
-from swath import _native, sb3
+from swath import _native, datasets, sb3, training
 from swath.agents import Agent, make_agent
 from swath.env import MowerRoutingEnv
 from swath.episode import Episode, run_episode
@@ -37,11 +37,13 @@ __all__ = [
     "Summary",
     "SwathError",
     "__version__",
+    "datasets",
     "evaluate",
     "make_agent",
     "register",
     "run_episode",
     "sb3",
+    "training",
 ]
 
 __version__ = _native.VERSION

@@ -14,16 +14,19 @@ __all__ = [
     "Agent",
     "AgentSpec",
     "Batch",
+    "Crew",
     "Env",
     "Episode",
     "EpisodeStream",
     "Scenario",
     "agents",
     "cells",
+    "parse_toml",
     "resolved",
     "run_episode",
     "schema",
     "shipped",
+    "shipped_trainings",
     "student_t",
 ]
 
@@ -120,6 +123,11 @@ class Agent:
     def outcome(self) -> str | None: ...
     def act(self, env: Env) -> npt.NDArray[np.float32] | None: ...
 
+@final
+class Crew:
+    def __new__(cls, spec: AgentSpec, seeds: Sequence[int]) -> Self: ...
+    def act(self, batch: Batch, live: npt.NDArray[np.bool_]) -> tuple[npt.NDArray[np.float32], list[str | None]]: ...
+
 def agents() -> list[tuple[str, str, bool]]: ...
 
 @final
@@ -151,3 +159,5 @@ class EpisodeStream:
     def __next__(self) -> tuple[int, int, int, Summary, float]: ...
 
 def student_t(probability: float, degrees_of_freedom: float) -> float: ...
+def shipped_trainings() -> list[tuple[str, str]]: ...
+def parse_toml(text: str, name: str) -> dict[str, object]: ...

@@ -18,8 +18,10 @@ from swath.cli.bench import bench
 from swath.cli.config import config
 from swath.cli.demo import demo
 from swath.cli.evaluate import evaluate
+from swath.cli.record import record
 from swath.cli.run import run
 from swath.cli.stop import Stopped
+from swath.cli.train import train
 from swath.errors import SwathError
 
 __all__ = ["app", "main"]
@@ -27,7 +29,7 @@ __all__ = ["app", "main"]
 _BAD_INPUT, _STOPPED = 2, 130
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-for command in (evaluate, run, config, agents, demo, bench):
+for command in (evaluate, run, train, record, bench, config, agents, demo):
     app.command()(command)
 
 

@@ -1,0 +1,118 @@
+"""Who drives the mowers of a batch while their episodes are recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from swath import _native
+from swath.errors import ConfigError
+from swath.spaces import action_space
+
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    import numpy as np
+    import numpy.typing as npt
+
+    from swath.training.policy import Player
+    from swath.vector import Observations
+
+    Flags: TypeAlias = npt.NDArray[np.bool_]
+    Actions: TypeAlias = npt.NDArray[np.float32] | npt.NDArray[np.int64]
+    Decisions: TypeAlias = tuple[Actions, Sequence[str | None]]
+
+__all__ = ["RANDOM", "Driver", "PlayerDriver", "ScriptedDriver", "driver_of"]
+
+RANDOM = "random"
+"""Name of the driver that draws its actions uniformly, among the allowed ones where there is a mask."""
+
+
+class Driver(Protocol):
+    """Drives every row of a batch through one episode."""
+
+    def begin(self, batch: _native.Batch, seeds: Sequence[int]) -> None:
+        """Makes ready for new episodes in all rows, of these seeds."""
+        ...
+
+    def act(self, batch: _native.Batch, observations: Observations, masks: Flags | None, live: Flags) -> Decisions:
+        """Decides for every row.
+
+        Args:
+            batch: The environments.
+            observations: Their present observations.
+            masks: (num_envs, K) bool, where actions are a choice among K.
+            live: (num_envs,) bool, whose episodes still run; what is decided for the others does not matter.
+
+        Returns:
+            Actions, one row an environment, and for each row why its driver has stopped (`done`, `capped`) or None.
+        """
+        ...
+
+
+class ScriptedDriver:
+    """A scripted agent in every row, each with the row's seed for its own choices."""
+
+    def __init__(self, spec: _native.AgentSpec) -> None:
+        """Waits for the first episodes.
+
+        Args:
+            spec: The agent.
+        """
+        self._spec = spec
+        self._crew = _native.Crew(spec, [])
+
+    def begin(self, batch: _native.Batch, seeds: Sequence[int]) -> None:
+        """Gives every row an agent of its own."""
+        self._crew = _native.Crew(self._spec, seeds)
+
+    def act(self, batch: _native.Batch, observations: Observations, masks: Flags | None, live: Flags) -> Decisions:
+        """Decides for every row; see `Driver`."""
+        return self._crew.act(batch, live)
+
+
+class PlayerDriver:
+    """A trained policy, or chance; it never stops by itself."""
+
+    def __init__(self, player: Player) -> None:
+        """Wraps whatever can act in many environments at once."""
+        self._player = player
+
+    def begin(self, batch: _native.Batch, seeds: Sequence[int]) -> None:
+        """Does nothing: a policy remembers nothing."""
+
+    def act(self, batch: _native.Batch, observations: Observations, masks: Flags | None, live: Flags) -> Decisions:
+        """Decides for every row; see `Driver`."""
+        return self._player.predict(observations, masks), [None] * len(live)  # type: ignore[arg-type] # as the space says
+
+
+def driver_of(agent: str, scenario: _native.Scenario, seed: int) -> tuple[Driver, str]:
+    """Returns a driver and its label.
+
+    Args:
+        agent: A scripted agent with or without options, `random`, or the file of a trained model.
+        scenario: What it drives on.
+        seed: For the draws of `random`.
+
+    Raises:
+        ConfigError: If there is no such agent or model, or it cannot act in the scenario's action kind.
+    """
+    if agent == RANDOM:
+        from swath.training.policy import RandomPlayer
+
+        batch = _native.Batch(scenario, 1, "SameStep", 1, copy=True)
+        return PlayerDriver(RandomPlayer(action_space(batch.action_spec), seed)), RANDOM
+    if agent.endswith(".zip"):
+        from swath.training.policy import load_policy
+
+        policy = load_policy(agent)
+        assert policy.card is not None, "it was loaded with its card"
+        for name in ("observation", "action"):
+            trained, given = policy.card.scenario.to_dict()[name], scenario.to_dict()[name]
+            if trained != given:
+                text = f"`scenario.{name}` must be what {agent} was trained on, {trained}, got {given}"
+                raise ConfigError(text)
+        return PlayerDriver(policy), f"{policy.card.algorithm}:{Path(agent).stem}"
+    spec = _native.AgentSpec(agent)
+    return ScriptedDriver(spec), spec.label

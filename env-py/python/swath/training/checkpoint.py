@@ -1,0 +1,110 @@
+"""A training's whole state on disk, so that a killed one goes on as if nothing had happened."""
+
+from __future__ import annotations
+
+import pickle
+import shutil
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from swath.training import environments
+from swath.training.algorithms import algorithm_class
+from swath.training.card import Card, write_model
+from swath.training.generators import Generators
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.base_class import BaseAlgorithm
+    from stable_baselines3.common.vec_env import VecEnv
+
+    from swath.training.config import TrainingConfig
+
+__all__ = ["Checkpoints"]
+
+_MODEL, _REPLAY, _STATE = "model.zip", "replay_buffer.pkl", "state.pkl"
+
+
+@dataclass(frozen=True)
+class Checkpoints:
+    """The checkpoints of one training: a folder each, named after the number of steps; the newest one is kept.
+
+    A checkpoint is taken where a rollout begins. It holds the model with its optimisers, the replay buffer, the
+    statistics of the normalisation, every environment's snapshot and all generators of random numbers.
+
+    Attributes:
+        folder: The folder of all.
+        config: The training.
+    """
+
+    folder: Path
+    config: TrainingConfig
+
+    def newest(self) -> Path | None:
+        """Returns the checkpoint to go on from, if there is any."""
+        found = [entry for entry in self.folder.glob("*") if entry.name.isdecimal()]
+        return max(found, key=lambda entry: int(entry.name), default=None)
+
+    def write(self, model: BaseAlgorithm) -> None:
+        """Writes a checkpoint under another name, renames it when it is complete, and removes older ones."""
+        unfinished = self.folder / ".unfinished"
+        shutil.rmtree(unfinished, ignore_errors=True)
+        unfinished.mkdir(parents=True)
+        write_model(unfinished / _MODEL, model, self.config)
+        if getattr(model, "replay_buffer", None) is not None:
+            model.save_replay_buffer(unfinished / _REPLAY)
+        (unfinished / _STATE).write_bytes(pickle.dumps(_state(model)))
+        finished = self.folder / str(model.num_timesteps)
+        unfinished.rename(finished)
+        for older in self.folder.glob("*"):
+            if older != finished:
+                shutil.rmtree(older)
+
+    def load(self, checkpoint: Path, venv: VecEnv) -> BaseAlgorithm:
+        """Makes the model of a checkpoint, and puts environments and generators into the state they were in.
+
+        Args:
+            checkpoint: Its folder.
+            venv: The training's environments, bare.
+
+        Raises:
+            ConfigError: If its model is not the one that was written.
+        """
+        card = Card.read(checkpoint / _MODEL)
+        state = pickle.loads((checkpoint / _STATE).read_bytes())
+        # They must have begun before they can take over another state.
+        venv.seed(self.config.seed)
+        venv.reset()
+        normalization = card.load_normalization()
+        if normalization is not None:
+            normalization.set_venv(venv)
+            normalization.training = True
+            venv = normalization
+        device = self.config.hyperparameters.get("device", "cpu")
+        model = algorithm_class(self.config.algorithm).load(card.path, env=venv, device=device, force_reset=False)
+        if (checkpoint / _REPLAY).exists():
+            model.load_replay_buffer(checkpoint / _REPLAY)
+        _put_back(state, model)
+        return model
+
+
+def _state(model: BaseAlgorithm) -> dict[str, object]:
+    venv, normalization = model.get_env(), model.get_vec_normalize_env()
+    assert venv is not None, "a model in training has environments"
+    return {
+        "environments": environments.snapshots(venv),
+        # What VecNormalize leaves out of its own state.
+        "returns": None if normalization is None else normalization.returns,
+        "actions": model.action_space,
+        "generators": tuple(Generators.now()),
+    }
+
+
+def _put_back(state: Mapping[str, Any], model: BaseAlgorithm) -> None:
+    venv, normalization = model.get_env(), model.get_vec_normalize_env()
+    assert venv is not None, "it was loaded with environments"
+    environments.restore(venv, state["environments"])
+    if normalization is not None:
+        normalization.returns = state["returns"]
+    model.action_space = state["actions"]
+    Generators(*state["generators"]).put_back()

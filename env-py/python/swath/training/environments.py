@@ -1,0 +1,46 @@
+"""The environments that a policy learns from, and their state."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from swath.training.algorithms import normalize_arguments
+
+if TYPE_CHECKING:
+    from stable_baselines3.common.vec_env import VecEnv
+
+    from swath.scenario import Scenario
+    from swath.training.config import TrainingConfig
+
+__all__ = ["make_training_venv", "make_venv", "restore", "snapshots"]
+
+ENV_ID = "swath/MowerRouting-v0"
+
+
+def make_venv(scenario: Scenario, num_envs: int, num_threads: int = 1) -> VecEnv:
+    """Makes environments that step together."""
+    from swath.sb3 import make_vec_env
+
+    return make_vec_env(ENV_ID, num_envs, scenario=scenario, num_threads=num_threads)
+
+
+def make_training_venv(config: TrainingConfig) -> VecEnv:
+    """Makes the environments of a training, normalised as it says."""
+    venv = make_venv(config.scenario, config.num_envs, config.num_threads)
+    arguments = normalize_arguments(config)
+    if arguments is None:
+        return venv
+    from stable_baselines3.common.vec_env import VecNormalize
+
+    return VecNormalize(venv, **arguments)
+
+
+def snapshots(venv: VecEnv) -> list[bytes]:
+    """Returns the state of every environment."""
+    return list(venv.env_method("snapshot"))
+
+
+def restore(venv: VecEnv, states: list[bytes]) -> None:
+    """Puts back the state of every environment."""
+    for index, state in enumerate(states):
+        venv.env_method("restore", state, indices=[index])

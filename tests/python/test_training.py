@@ -1,0 +1,258 @@
+"""Training: what a configuration may say, that a killed training goes on, and that a model is what its file says."""
+
+import importlib.util
+import os
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from swath import ConfigError, _native
+from swath.cli import main
+from swath.training import Curve, TrainingConfig
+
+if importlib.util.find_spec("stable_baselines3") is None and not os.environ.get("CI"):
+    pytest.skip("stable-baselines3 is not installed", allow_module_level=True)
+
+from swath import training
+
+SHIPPED = dict(_native.shipped_trainings())
+
+SCENARIO = {"base": "cowbot-field", "episode": {"budget": 0.05}}
+PPO = {
+    "algorithm": "ppo",
+    "total_steps": 768,
+    "num_envs": 4,
+    "checkpoint_every": 256,
+    "scenario": SCENARIO,
+    "policy": {"net_arch": [16]},
+    "hyperparameters": {"n_steps": 32, "batch_size": 64, "n_epochs": 2, "learning_rate": "lin_1e-3"},
+    "normalize": {},
+    "evaluation": {"every": 256, "instances": 2, "agents": ["random", "snake"]},
+}
+SAC = PPO | {
+    "algorithm": "sac",
+    "total_steps": 160,
+    "checkpoint_every": 48,
+    "hyperparameters": {"buffer_size": 500, "learning_starts": 64, "batch_size": 16, "gradient_steps": 2},
+    "evaluation": {"every": 80, "instances": 2, "agents": ["snake"]},
+}
+MASKABLE = PPO | {
+    "algorithm": "maskable-ppo",
+    "total_steps": 192,
+    "checkpoint_every": 64,
+    "scenario": SCENARIO | {"observation": {"kind": "candidates"}, "action": {"kind": "target"}},
+    "policy": {"class": "CandidatePolicy", "width": 8},
+    "hyperparameters": {"n_steps": 8, "batch_size": 32, "n_epochs": 2},
+    "normalize": {"norm_obs": False},
+    "evaluation": {"every": 96, "instances": 2, "agents": ["random", "snake"]},
+}
+SMALL = {"ppo": PPO, "sac": SAC, "maskable-ppo": MASKABLE}
+
+
+def check(**changes):
+    return TrainingConfig.check(PPO | changes)
+
+
+def weights(model):
+    return [tensor.detach().numpy().copy() for tensor in model.policy.parameters()]
+
+
+class Killed(Exception):  # noqa: N818 - nothing went wrong
+    """Stands in for a signal: it comes from outside the training, at a moment that is not of its choosing."""
+
+
+# What a configuration may say
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_every_shipped_configuration_is_the_file_of_that_name_and_passes_every_check(name):
+    assert (Path(__file__).parents[2] / "configs" / "train" / f"{name}.toml").read_text() == SHIPPED[name]
+    config = TrainingConfig.read(name)
+    training.algorithms.check_parameters(config)
+    assert config.evaluation.seed >= 1_000_000
+    assert config.seed + config.num_envs <= 1_000_000
+
+
+REFUSED = [
+    ({"algoritm": "ppo"}, "`algoritm` is not a known key; did you mean `algorithm`?"),
+    ({"algorithm": "dqn"}, "`algorithm` must be one of `ppo`, `sac`, `maskable-ppo`, got `dqn`"),
+    ({"algorithm": "ppo2"}, "`algorithm` must be one of `ppo`, `sac`, `maskable-ppo`, got `ppo2`; did you mean `ppo`?"),
+    ({"total_steps": 0}, "`total_steps` must be a whole number from 1 to 1000000000000, got 0"),
+    ({"total_steps": 1e6}, "`total_steps` must be a whole number from 1 to 1000000000000, got 1000000.0"),
+    ({"num_envs": True}, "`num_envs` must be a whole number from 1 to 65536, got True"),
+    ({"seed": 1_000_000}, "`seed` must be a whole number from 0 to 999996, got 1000000"),
+    ({"scenario": {"base": "nowhere"}}, "cannot read nowhere: no such file, and no shipped scenario"),
+    ({"scenario": {"weeds": {"cuont": 3}}}, "`weeds.cuont` is not a known key; did you mean `weeds.count`?"),
+    ({"policy": {"class": "MlpPolcy"}}, "`policy.class` must be one of `MlpPolicy`, `CnnPolicy`, `MultiInputPolicy`"),
+    ({"policy": {"net_arc": [16]}}, "`policy.net_arc` is not a known key; did you mean `policy.net_arch`?"),
+    ({"policy": {"net_arch": ["wide"]}}, "`policy.net_arch` must be a list or a block of keys, got ['wide']"),
+    ({"policy": {"activation_fn": "Tan"}}, "`policy.activation_fn` must be one of "),
+    ({"hyperparameters": {"n_step": 8}}, "`hyperparameters.n_step` is not a known key; did you mean"),
+    ({"hyperparameters": {"gamma": "high"}}, "`hyperparameters.gamma` must be a finite number, got `high`"),
+    ({"hyperparameters": {"gamma": 1.5}}, "`hyperparameters.gamma` must be from 0 to 1, got 1.5"),
+    ({"hyperparameters": {"gamma": float("nan")}}, "`hyperparameters.gamma` must be a finite number, got nan"),
+    ({"hyperparameters": {"n_steps": 8.0}}, "`hyperparameters.n_steps` must be a whole number, got 8.0"),
+    ({"hyperparameters": {"n_steps": -8}}, "`hyperparameters.n_steps` must be > 0, got -8"),
+    ({"hyperparameters": {"learning_rate": "lin_x"}}, "`hyperparameters.learning_rate` must be a finite number or "),
+    ({"hyperparameters": {"seed": 3}}, "`hyperparameters.seed` is not a known key"),
+    ({"normalize": {"norm_rewards": True}}, "`normalize.norm_rewards` is not a known key; did you mean"),
+    ({"normalize": True}, "`normalize` must be a block of keys, got True"),
+    ({"evaluation": {"instances": 3}}, "`evaluation.every` must be given"),
+    ({"evaluation": {"every": 1, "seed": 999_999}}, "`evaluation.seed` must be a whole number from 1000000 to "),
+    ({"evaluation": {"every": 1, "agents": ["snail"]}}, "`agent` must be "),
+    ({"evaluation": {"every": 1, "agents": ["jump", "jump"]}}, "`evaluation.agents` must differ in their names"),
+    ({"algorithm": "maskable-ppo"}, "`scenario.action.kind` must be `target` for `maskable-ppo`, got `steer`"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), REFUSED)
+def test_what_cannot_be_used_is_refused_in_one_line_and_nothing_is_written(changes, message, tmp_path):
+    with pytest.raises(ConfigError) as error:
+        training.train(check(**changes), out=tmp_path / "out")
+    assert "\n" not in str(error.value)
+    assert str(error.value).startswith(message)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_misspelt_name_is_answered_with_the_shipped_trainings(capsys, tmp_path):
+    assert main(["train", "ppo-feature", "--out", str(tmp_path / "out")]) == 2
+    assert capsys.readouterr().err == (
+        f"swath: cannot read ppo-feature: no such file, and no shipped training ({', '.join(SHIPPED)})\n"
+    )
+
+
+@pytest.mark.parametrize("package", ["stable_baselines3", "tensorboard"])
+def test_a_missing_package_is_answered_with_the_extra_that_brings_it(package, monkeypatch, capsys, tmp_path):
+    # This is how Python marks a module that cannot be imported.
+    monkeypatch.setitem(sys.modules, package, None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == package else object())
+    assert main(["train", "ppo-features", "--out", str(tmp_path / "out")]) == 2
+    assert capsys.readouterr().err == f"swath: training needs {package}: pip install 'swath[train]'\n"
+    assert not (tmp_path / "out").exists()
+
+
+# The training itself
+
+
+@pytest.mark.parametrize("algorithm", SMALL)
+def test_a_killed_training_goes_on_from_its_last_checkpoint_and_ends_as_if_it_had_not_been_killed(algorithm, tmp_path):
+    config = TrainingConfig.check(SMALL[algorithm])
+    training.train(config, out=tmp_path / "whole")
+
+    def kill_at_the_third_evaluation(line):
+        evaluations.append(line)
+        if len(evaluations) == 3:
+            raise Killed
+
+    evaluations = []
+    with pytest.raises(Killed):
+        training.train(config, out=tmp_path / "killed", say=kill_at_the_third_evaluation)
+    checkpoints = [int(entry.name) for entry in (tmp_path / "killed" / "checkpoints").iterdir()]
+    assert len(checkpoints) == 1
+    assert 0 < checkpoints[0] < config.total_steps
+    said = []
+    training.train(config, out=tmp_path / "killed", say=said.append)
+    assert said[0] == f"goes on from step {checkpoints[0]}"
+
+    whole, killed = (training.load_policy(tmp_path / name) for name in ("whole", "killed"))
+    assert all(np.array_equal(*pair) for pair in zip(weights(whole.model), weights(killed.model), strict=True))
+    files = [(tmp_path / name / "evaluations.csv").read_bytes() for name in ("whole", "killed")]
+    assert files[0] == files[1]
+
+
+def test_training_changes_the_weights_and_leaves_them_finite(tmp_path):
+    training.train(check(), out=tmp_path / "out")
+    before, after = (weights(training.load_policy(tmp_path / "out" / f"{n}.zip").model) for n in ("untrained", "model"))
+    assert all(np.isfinite(values).all() for values in after)
+    assert not any(np.array_equal(*pair) for pair in zip(before, after, strict=True))
+
+
+def test_evaluations_hold_every_agent_on_the_same_held_out_instances(tmp_path):
+    curve = training.train(check(), out=tmp_path / "out")
+    assert curve.steps == [0, 256, 512, 768]
+    for agent in ("random", "snake"):
+        assert [row.seed for row in curve.of(agent)] == [1_000_000, 1_000_001]
+    for row in curve.of("snake"):
+        episode = training.run.evaluation.evaluate(
+            ["snake"], scenario=check().scenario, instances=1, seed=row.seed
+        ).rows[0]
+        assert row.path_length_m == episode.path_length_m
+    written = Curve.read(tmp_path / "out" / "evaluations.csv")
+    assert written.longer_m(768, "snake") == curve.longer_m(768, "snake")
+
+
+def test_flat_maps_are_refused_with_the_key_that_gives_them_their_shape(tmp_path):
+    maps = {"scenario": {"observation": {"kind": "maps"}}, "normalize": {"norm_obs": False}}
+    policy = {"policy": {"class": "CnnPolicy", "features_extractor_class": "MapsExtractor"}}
+    with pytest.raises(
+        ConfigError, match=r"^`policy` and `hyperparameters` must suit ppo: maps must have three axes"
+    ) as error:
+        training.train(check(**maps, **policy), out=tmp_path / "out")
+    assert "`observation.flat` = false" in str(error.value)
+
+
+def test_a_folder_with_another_training_is_refused_by_the_first_key_that_differs(tmp_path):
+    training.train(check(), out=tmp_path / "out")
+    with pytest.raises(ConfigError, match=r"with total_steps 768 instead of 1536$"):
+        training.train(check(total_steps=1536), out=tmp_path / "out")
+    with pytest.raises(ConfigError, match=r"with scenario.episode.budget 0.05 instead of 0.06$"):
+        training.train(check(scenario=SCENARIO | {"episode": {"budget": 0.06}}), out=tmp_path / "out")
+    said = []
+    training.train(check(num_threads=2), out=tmp_path / "out", say=said.append)
+    assert said == [f"{tmp_path / 'out'} holds this training, finished"]
+
+
+def test_a_folder_with_other_files_is_refused(tmp_path):
+    (tmp_path / "diary.txt").write_text("dear diary")
+    with pytest.raises(ConfigError, match=r"with other files, such as diary\.txt$"):
+        training.train(check(), out=tmp_path)
+
+
+# A model and the file beside it
+
+
+@pytest.fixture(scope="module")
+def trained(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("trained")
+    training.train(check(evaluation={"every": 10_000, "instances": 2, "agents": []}), out=folder / "out")
+    return folder / "out"
+
+
+def test_a_policy_plays_the_instances_that_the_gymnasium_environment_draws(trained):
+    import gymnasium as gym
+
+    policy = training.load_policy(trained)
+    assert (policy.card.algorithm, policy.card.steps) == ("ppo", 768)
+    assert (policy.card.observation_kind, policy.card.action_kind) == ("features", "steer")
+    rows = training.evaluate_policy(policy, scenario=policy.card.scenario, instances=2, seed=1_000_007)
+    for row in rows:
+        env = gym.make("swath/MowerRouting-v0", scenario=policy.card.scenario)
+        observation, _ = env.reset(seed=row.seed)
+        over = False
+        while not over:
+            action = policy.predict(observation[None])[0]
+            observation, _, terminated, truncated, info = env.step(action)
+            over = terminated or truncated
+        assert (row.path_length_m, row.weeds_mowed, row.outcome) == (
+            info["path_length_m"],
+            info["weeds_mowed"],
+            info["outcome"],
+        )
+
+
+@pytest.mark.parametrize("name", ["model.zip", "model-vecnormalize.pkl"])
+def test_a_file_that_is_not_the_one_that_was_written_is_refused(name, trained, tmp_path):
+    for file in trained.glob("model*"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    (tmp_path / name).write_bytes(b"another" + (tmp_path / name).read_bytes())
+    with pytest.raises(ConfigError, match=rf"^{re.escape(name)} must be the file that model\.toml speaks of"):
+        training.load_policy(tmp_path / "model.zip")
+
+
+def test_a_model_without_its_text_file_is_refused(trained, tmp_path):
+    (tmp_path / "model.zip").write_bytes((trained / "model.zip").read_bytes())
+    with pytest.raises(ConfigError, match=r"^`path` must be a model with `model\.toml` beside it"):
+        training.load_policy(tmp_path / "model.zip")
