@@ -31,7 +31,12 @@ fn programs() -> Vec<(String, &'static str, Prepare)> {
     add("known/10000-weeds", "step", Box::new(|| known_ground("weeds.count = 10000")));
     add("known/1000x400-m", "step", Box::new(|| known_ground(LARGE)));
     add("lap/features", "step", Box::new(|| lap("weeds.count = 160")));
+    for kind in ["maps", "candidates", "dict"] {
+        let toml = format!("weeds.count = 160\nobservation.kind = '{kind}'");
+        add(&format!("lap/{kind}"), "step", Box::new(move || lap(&toml)));
+    }
     add("batch/64", "step of 64", Box::new(|| batch("weeds.count = 160", 64)));
+    add("choice/target", "step", Box::new(|| last_choice("action.kind = 'target'", 50)));
     add("choice/discrete", "step", Box::new(|| last_choice("action.kind = 'discrete'", 200)));
     add("reset/40-weeds", "reset", Box::new(|| reset("weeds.count = 40")));
     add("reset/160-weeds", "reset", Box::new(|| reset("weeds.count = 160")));

@@ -1,11 +1,14 @@
 //! The observation `maps`: pictures of the surroundings.
 
-use crate::config::ValidScenario;
-use crate::geometry::{Frame, Point};
-use crate::math::floor_index;
-use crate::view::View;
+use wide::{f32x8, i32x8};
 
 use super::{Bound, Dtype, Part};
+use crate::config::ValidScenario;
+use crate::geometry::{Frame, Point};
+use crate::grid::TILE;
+use crate::ground::SeenGround;
+use crate::math::floor_index;
+use crate::view::View;
 
 /// Points of a picture along each side.
 const SIZE: usize = 32;
@@ -17,15 +20,17 @@ const CHANNELS: [&str; 3] = ["unseen", "weeds", "outside"];
 const POINTS_PER_BAR: f64 = 8.0;
 /// How much coarser each scale is than the one before.
 const COARSER: f64 = 3.0;
-/// Most samples of a point along each side.
-const MAX_SAMPLES: usize = 4;
+/// Points that are worked out together.
+const LANES: usize = 8;
 
 /// Writes the `maps` observation: 12 pictures of 32 x 32 points, scale by scale: unseen ground, known weeds, outside.
 ///
 /// The mower is in the middle and looks up: row i and column j of the scale s are the square (15.5 - i) r ahead and
 /// (15.5 - j) r to the left with r = B/8 x 3^s, its side. Values are shares of 255: of the square's area that is unseen
 /// ground, and that lies outside the pasture; 255 for a square with a known weed.
-/// Deviation: the shares are those of sample points, about one a cell of the pasture and at most 4 x 4.
+///
+/// Deviation: instead of the ground under the square the block of cells is averaged that its middle falls on, of 1, 2, 4 or
+/// 8 cells a side, whichever is nearest in size; and what lies outside is that of a square along the axes.
 #[derive(Debug, Clone)]
 pub struct MapsEncoder {
     is_flat: bool,
@@ -61,7 +66,7 @@ impl MapsEncoder {
         for (&point_m, channels) in self.points_m.iter().zip(pictures) {
             let (unseen, rest) = channels.split_at_mut(SIZE * SIZE);
             let (weeds, outside) = rest.split_at_mut(SIZE * SIZE);
-            write_ground(view, &frame, point_m, unseen, outside);
+            write_ground(view.ground, &frame, point_m, unseen, outside);
             weeds.fill(0);
             for weed in view.known_weeds.iter() {
                 if let Some(index) = point_of(&frame, point_m, weed.position) {
@@ -72,32 +77,138 @@ impl MapsEncoder {
     }
 }
 
-/// Writes the shares of unseen ground and of what lies outside.
-fn write_ground(view: &View, frame: &Frame, point_m: f64, unseen: &mut [u8], outside: &mut [u8]) {
-    let (ground, grid) = (view.ground, view.ground.grid());
-    let (length_m, width_m) = grid.size_m();
-    let samples = floor_index(point_m.round()).clamp(1, MAX_SAMPLES);
-    let whole = samples * samples;
-    let offset_m = |i: usize, k: usize| {
-        (0.5 * SIZE as f64 - i as f64 - (k as f64 + 0.5) / samples as f64) * point_m
+/// Writes the shares of unseen ground and of what lies outside, in float32 and in cells.
+#[expect(clippy::cast_possible_truncation, reason = "pictures are exact to a hair's breadth")]
+fn write_ground(
+    ground: &SeenGround,
+    frame: &Frame,
+    point_m: f64,
+    unseen: &mut [u8],
+    outside: &mut [u8],
+) {
+    let grid = ground.grid();
+    let (columns, rows) = (grid.columns(), grid.rows());
+    let block = Block::nearest_to(point_m / grid.cell_m().0.max(grid.cell_m().1));
+    // From a point to the next one on its left, and to the one below it.
+    let step = |x: f64, y: f64| {
+        let (x, y) = grid.in_cells(x * point_m, y * point_m);
+        (x as f32, y as f32)
     };
+    let (right, down) = (step(frame.sin, -frame.cos), step(-frame.cos, -frame.sin));
+    let size = step(1.0, 1.0);
+    let middle = grid.in_cells(frame.pose.x_m, frame.pose.y_m);
+    let half = 0.5 * (SIZE as f32 - 1.0);
+    let lanes = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+    let (x_axis, y_axis) = (Strip::new(size.0, columns), Strip::new(size.1, rows));
     for i in 0..SIZE {
-        for j in 0..SIZE {
-            let (mut unseen_here, mut outside_here) = (0, 0);
-            for k in 0..whole {
-                let (ahead_m, left_m) = (offset_m(i, k / samples), offset_m(j, k % samples));
-                let x = frame.pose.x_m + frame.cos * ahead_m - frame.sin * left_m;
-                let y = frame.pose.y_m + frame.sin * ahead_m + frame.cos * left_m;
-                if (0.0..=length_m).contains(&x) && (0.0..=width_m).contains(&y) {
-                    let (column, row) = grid.cell_of(Point::new(x, y));
-                    unseen_here += usize::from(!ground.is_seen(column, row));
+        let below = i as f32 - half;
+        for first in (0..SIZE).step_by(LANES) {
+            let across = lanes + f32x8::splat(first as f32 - half);
+            let at = |middle: f64, right: f32, down: f32| {
+                across * f32x8::splat(right) + f32x8::splat(middle as f32 + below * down)
+            };
+            let (x, y) = (at(middle.0, right.0, down.0), at(middle.1, right.1, down.1));
+            let inside = x_axis.share(x) * y_axis.share(y);
+            let shares = (f32x8::splat(255.0) * inside).to_array();
+            let (x, y) = (x_axis.cell(x).to_array(), y_axis.cell(y).to_array());
+            let place = i * SIZE + first;
+            let unseen = &mut unseen[place..place + LANES];
+            let outside = &mut outside[place..place + LANES];
+            for lane in 0..LANES {
+                outside[lane] = byte(255.0 - shares[lane]);
+                unseen[lane] = if shares[lane] > 0.0 {
+                    byte(shares[lane] * block.unseen_share(ground, x[lane], y[lane]))
                 } else {
-                    outside_here += 1;
-                }
+                    0
+                };
             }
-            unseen[i * SIZE + j] = share(unseen_here, whole);
-            outside[i * SIZE + j] = share(outside_here, whole);
         }
+    }
+}
+
+/// The nearest byte to a value from 0 to 255.
+#[inline]
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is from 0 to 255")]
+fn byte(value: f32) -> u8 {
+    (value + 0.5) as i32 as u8
+}
+
+/// One axis of the pasture, in cells.
+struct Strip {
+    half: f32x8,
+    per_size: f32x8,
+    end: f32x8,
+    last: f32x8,
+}
+
+impl Strip {
+    /// `cells` cells, for points of `size` cells.
+    #[expect(clippy::cast_precision_loss, reason = "a pasture has at most some thousand columns")]
+    fn new(size: f32, cells: usize) -> Self {
+        Self {
+            half: f32x8::splat(0.5 * size),
+            per_size: f32x8::splat(1.0 / size),
+            end: f32x8::splat(cells as f32),
+            last: f32x8::splat(cells as f32 - 1.0),
+        }
+    }
+
+    /// Which share of the points lies in the strip.
+    #[inline]
+    fn share(&self, at: f32x8) -> f32x8 {
+        let high = (at + self.half).fast_min(self.end);
+        let low = (at - self.half).fast_max(f32x8::ZERO);
+        ((high - low) * self.per_size).fast_max(f32x8::ZERO).fast_min(f32x8::ONE)
+    }
+
+    /// In which cells their middles lie, or which are nearest.
+    #[inline]
+    fn cell(&self, at: f32x8) -> i32x8 {
+        at.fast_max(f32x8::ZERO).fast_min(self.last).fast_trunc_int()
+    }
+}
+
+/// A square of cells whose unseen ground is averaged.
+#[derive(Clone, Copy)]
+struct Block {
+    /// Cells a side: 1, 2, 4 or 8.
+    side: usize,
+    /// Its bits at the lower left of a tile.
+    bits: u64,
+}
+
+impl Block {
+    /// The block whose side is nearest to `cells`, by their ratio.
+    fn nearest_to(cells: f64) -> Self {
+        let side = match cells {
+            c if c < std::f64::consts::SQRT_2 => 1,
+            c if c < 2.0 * std::f64::consts::SQRT_2 => 2,
+            c if c < 4.0 * std::f64::consts::SQRT_2 => 4,
+            _ => TILE,
+        };
+        let columns = 0xff >> (TILE - side);
+        let bits = (0..side).fold(0, |bits, row| bits | columns << (TILE * row));
+        Self { side, bits }
+    }
+
+    /// Which share of the block that holds a cell is unseen, 0 to 1.
+    #[inline]
+    fn unseen_share(self, ground: &SeenGround, x: i32, y: i32) -> f32 {
+        let grid = ground.grid();
+        let (column, row) = (x.unsigned_abs() as usize, y.unsigned_abs() as usize);
+        let (first_column, first_row) = (column & !(self.side - 1), row & !(self.side - 1));
+        let word = ground.unseen().words()[row / TILE * grid.tiles().0 + column / TILE];
+        let bits = word >> (first_row % TILE * TILE + first_column % TILE) & self.bits;
+        if bits == 0 {
+            return 0.0;
+        }
+        if self.side == 1 {
+            return 1.0;
+        }
+        // A block on the border has fewer cells.
+        let cells =
+            self.side.min(grid.columns() - first_column) * self.side.min(grid.rows() - first_row);
+        bits.count_ones() as f32 / cells as f32
     }
 }
 
@@ -109,9 +220,4 @@ fn point_of(frame: &Frame, point_m: f64, place: Point) -> Option<usize> {
     let inside = 0.0..SIZE as f64;
     (inside.contains(&down) && inside.contains(&right))
         .then(|| floor_index(down) * SIZE + floor_index(right))
-}
-
-/// A share of 255, rounded.
-fn share(part: usize, whole: usize) -> u8 {
-    u8::try_from((part * 255 + whole / 2) / whole).expect("a part is at most the whole")
 }
