@@ -108,29 +108,23 @@ fn write_ground(
                 across * f32x8::splat(right) + f32x8::splat(middle as f32 + below * down)
             };
             let (x, y) = (at(middle.0, right.0, down.0), at(middle.1, right.1, down.1));
-            let inside = x_axis.share(x) * y_axis.share(y);
-            let shares = (f32x8::splat(255.0) * inside).to_array();
-            let (x, y) = (x_axis.cell(x).to_array(), y_axis.cell(y).to_array());
-            let place = i * SIZE + first;
-            let unseen = &mut unseen[place..place + LANES];
-            let outside = &mut outside[place..place + LANES];
-            for lane in 0..LANES {
-                outside[lane] = byte(255.0 - shares[lane]);
-                unseen[lane] = if shares[lane] > 0.0 {
-                    byte(shares[lane] * block.unseen_share(ground, x[lane], y[lane]))
-                } else {
-                    0
-                };
-            }
+            let shares = f32x8::splat(255.0) * x_axis.share(x) * y_axis.share(y);
+            let unseen_shares = block.unseen_shares(ground, x_axis.cell(x), y_axis.cell(y));
+            let place = i * SIZE + first..i * SIZE + first + LANES;
+            write_bytes(f32x8::splat(255.0) - shares, &mut outside[place.clone()]);
+            write_bytes(shares * unseen_shares, &mut unseen[place]);
         }
     }
 }
 
-/// The nearest byte to a value from 0 to 255.
+/// Writes values from 0 to 255, rounded.
 #[inline]
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is from 0 to 255")]
-fn byte(value: f32) -> u8 {
-    (value + 0.5) as i32 as u8
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "they fit a byte")]
+fn write_bytes(values: f32x8, bytes: &mut [u8]) {
+    let whole = (values + f32x8::HALF).fast_trunc_int().to_array();
+    for (byte, value) in bytes.iter_mut().zip(whole) {
+        *byte = value as u8;
+    }
 }
 
 /// One axis of the pasture, in cells.
@@ -191,24 +185,32 @@ impl Block {
         Self { side, bits }
     }
 
-    /// Which share of the block that holds a cell is unseen, 0 to 1.
+    /// Which shares of the blocks that hold some cells are unseen, 0 to 1.
     #[inline]
-    fn unseen_share(self, ground: &SeenGround, x: i32, y: i32) -> f32 {
-        let grid = ground.grid();
-        let (column, row) = (x.unsigned_abs() as usize, y.unsigned_abs() as usize);
-        let (first_column, first_row) = (column & !(self.side - 1), row & !(self.side - 1));
-        let word = ground.unseen().words()[row / TILE * grid.tiles().0 + column / TILE];
-        let bits = word >> (first_row % TILE * TILE + first_column % TILE) & self.bits;
-        if bits == 0 {
-            return 0.0;
-        }
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_possible_wrap,
+        clippy::cast_sign_loss,
+        reason = "columns and rows are few"
+    )]
+    fn unseen_shares(self, ground: &SeenGround, column: i32x8, row: i32x8) -> f32x8 {
+        let (grid, words) = (ground.grid(), ground.unseen().words());
+        let splat = |value: usize| i32x8::splat(value as i32);
+        let whole = splat(!(self.side - 1));
+        let (column, row) = (column & whole, row & whole);
+        let tile: i32x8 = (row >> 3) * splat(grid.tiles().0) + (column >> 3);
+        let bit: i32x8 = ((row & splat(TILE - 1)) << 3) | (column & splat(TILE - 1));
+        let (tile, bit) = (tile.to_array(), bit.to_array());
+        let bits: [u64; LANES] =
+            std::array::from_fn(|lane| words[tile[lane] as usize] >> (bit[lane] & 63) & self.bits);
         if self.side == 1 {
-            return 1.0;
+            return f32x8::from_i32x8(i32x8::new(bits.map(|bit| bit as i32)));
         }
         // A block on the border has fewer cells.
-        let cells =
-            self.side.min(grid.columns() - first_column) * self.side.min(grid.rows() - first_row);
-        bits.count_ones() as f32 / cells as f32
+        let side = splat(self.side);
+        let cells = side.min(splat(grid.columns()) - column) * side.min(splat(grid.rows()) - row);
+        let unseen = i32x8::new(bits.map(|bits| bits.count_ones() as i32));
+        f32x8::from_i32x8(unseen) / f32x8::from_i32x8(cells)
     }
 }
 
