@@ -24,7 +24,7 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
 
 ID = "swath/MowerRouting-v0"
-KINDS = ["steer", "drive", "discrete"]
+KINDS = ["steer", "drive", "discrete", "target"]
 # Episodes of some ten steps, which end in different ways.
 SHORT = {"scenario": "cowbot-field", "episode": {"budget": 0.015}, "pasture": {"headland_m": 2.0}}
 LAST_KEYS = {"TimeLimit.truncated", "terminal_observation", "episode", "reward_terms", "action_clipped"} | set(
@@ -65,15 +65,16 @@ def test_the_vector_shows_what_a_vector_of_monitored_environments_shows(num_envs
     for vector in (env, dummy):
         vector.seed(11)
     assert_same_arrays([env.reset()], [dummy.reset()])
-    assert env.reset_infos == dummy.reset_infos
+    np.testing.assert_equal(env.reset_infos, dummy.reset_infos)
     for actions in tape(env, 60):
         got, expected = env.step(actions), dummy.step(actions)
         assert_same_arrays(got[:3], expected[:3])
-        assert env.reset_infos == dummy.reset_infos
+        np.testing.assert_equal(env.reset_infos, dummy.reset_infos)
         for is_done, info, all_of_it in zip(got[2], got[3], expected[3], strict=True):
-            assert set(info) == (LAST_KEYS if is_done else {"TimeLimit.truncated"})
+            last_keys = LAST_KEYS | ({"elapsed_m", "action_mask"} if kind == "target" else set())
+            assert set(info) == (last_keys if is_done else {"TimeLimit.truncated"})
             for key in set(info) - {"terminal_observation", "episode"}:
-                assert info[key] == all_of_it[key]
+                assert np.array_equal(info[key], all_of_it[key])
                 assert type(info[key]) is type(all_of_it[key])
             if is_done:
                 ends += 1
@@ -258,6 +259,37 @@ def test_action_kinds_without_masks_say_so():
     assert not env.has_attr("action_masks")
     with pytest.raises(AttributeError):
         env.env_method("action_masks")
+
+
+def test_masked_actions_reach_the_learner():
+    env, single = make(3, "target", seed=5), gym.make(ID, **SHORT, action={"kind": "target"}).unwrapped
+    env.reset()
+    single.reset(seed=6)
+    assert env.has_attr("action_masks")
+    for _ in range(10):
+        masks = env.env_method("action_masks")
+        assert np.array_equal(masks[1], single.action_masks())
+        actions = np.array([np.flatnonzero(mask)[-1] for mask in masks])
+        _, _, dones, _ = env.step(actions)
+        _, _, terminated, truncated, _ = single.step(actions[1])
+        if terminated or truncated:
+            single.reset()
+        assert dones[1] == (terminated or truncated)
+
+
+def test_maskable_ppo_never_chooses_what_is_masked():
+    env = make(4, "target", observation={"kind": "candidates"}, seed=0)
+    chosen = []
+
+    def watch(local, _):
+        chosen.extend(zip(local["actions"], local["action_masks"], strict=True))
+        return True
+
+    from sb3_contrib import MaskablePPO
+
+    MaskablePPO("MlpPolicy", env, n_steps=32, batch_size=32, n_epochs=1, seed=0).learn(256, callback=watch)
+    assert len(chosen) == 256
+    assert all(mask[action] for action, mask in chosen)
 
 
 def test_an_environment_can_be_put_back():

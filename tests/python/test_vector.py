@@ -19,7 +19,7 @@ from gymnasium.wrappers.vector import DictInfoToList, NormalizeObservation, Reco
 import swath
 
 ID = "swath/MowerRouting-v0"
-KINDS = ["steer", "drive", "discrete"]
+KINDS = ["steer", "drive", "discrete", "target"]
 MODES = list(AutoresetMode)
 # Episodes of some ten steps, which end in different ways.
 SHORT = {"scenario": "cowbot-field", "episode": {"budget": 0.015}, "pasture": {"headland_m": 2.0}}
@@ -89,6 +89,27 @@ def test_the_vector_shows_what_a_sync_vector_of_single_environments_shows(num_en
     assert_same(got, expected)
     ends = sum(int((step[2] | step[3]).sum()) for step in got if len(step) == 5)
     assert ends >= num_envs, "the tape has to end episodes"
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize("observation", [{"kind": "candidates"}, {"kind": "maps", "flat": False}, {"kind": "dict"}])
+def test_the_vector_shows_every_kind_of_observation(observation, mode):
+    keywords = {"observation": observation, "kind": "target"}
+    envs, single = make(3, mode, **keywords), make_sync(3, mode, **keywords)
+    steps = tape(envs, 20)
+    assert_same(play(envs, steps, mode), play(single, steps, mode))
+
+
+def test_the_masks_of_the_vector_are_those_of_its_observations():
+    envs = make(8, kind="target", observation={"kind": "dict"})
+    observation, infos = envs.reset(seed=3)
+    rng = np.random.default_rng(0)
+    for _ in range(40):
+        assert infos["action_mask"].any(axis=1).all()
+        assert np.array_equal(infos["action_mask"], observation["action_mask"].astype(bool))
+        actions = np.array([rng.choice(np.flatnonzero(mask)) for mask in infos["action_mask"]])
+        observation, _, _, _, infos = envs.step(actions)
+        assert not infos["action_clipped"].any()
 
 
 @pytest.mark.parametrize("mode", MODES)

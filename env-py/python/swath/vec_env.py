@@ -99,13 +99,15 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
 
     Every info holds `TimeLimit.truncated`. The last info of an episode also holds `terminal_observation`, `episode` as
     `Monitor` gives it (`r`: sum of rewards, `l`: steps, `t`: seconds since the start), so that no monitor is needed,
-    `reward_terms`, `action_clipped` and the keys of `swath.Summary`. Whatever a step returns is fresh.
+    `reward_terms`, `action_clipped` and the keys of `swath.Summary`, with the action kind `target` also `elapsed_m` and
+    `action_mask`; masked learners ask for the masks by `env_method("action_masks")`. Whatever a step returns is fresh.
     """
 
     def __init__(self, batch: _native.Batch, num_envs: int, env_id: str) -> None:
         """Wraps a batch that begins anew in the step that ends an episode."""
         self._batch = batch
         self._is_closed = False
+        self._has_decisions = batch.scenario.to_dict()["action"]["kind"] == "target"  # type: ignore[index]
         spaces = (observation_space(batch.observation_spec), action_space(batch.action_spec))
         self._envs = [RowEnv(batch, row, gym.spec(env_id), spaces) for row in range(num_envs)]
         self._actions: npt.ArrayLike | None = None
@@ -140,7 +142,7 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
         if not batch.has_begun and None in seeds:
             first_seed = int(np.random.default_rng().integers(_SEEDS))
         observations: Observations = batch.reset(seeds, None, weeds, first_seed)[0]
-        self.reset_infos = [_reset_info() for _ in seeds]
+        self._write_reset_infos(range(self.num_envs))
         self._reset_seeds()
         self._reset_options()
         return observations
@@ -165,9 +167,16 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
         """
         elapsed_s = time.time() - self._start_s
         observations, rewards, dones, infos, ended = self._core.step_flat(self._actions, elapsed_s)
-        for row in ended:
-            self.reset_infos[row] = _reset_info()
+        if ended:
+            self._write_reset_infos(ended)
         return observations, rewards, dones, infos
+
+    def _write_reset_infos(self, rows: Iterable[int]) -> None:
+        masks = self._core.action_masks if self._has_decisions else None
+        for row in rows:
+            self.reset_infos[row] = _reset_info()
+            if masks is not None:
+                self.reset_infos[row] |= {"elapsed_m": 0.0, "action_mask": masks[row].copy()}
 
     def close(self) -> None:
         """Ends the use of the environments; closing twice is fine."""
