@@ -9,10 +9,12 @@ mod summary;
 pub use snapshot::SnapshotError;
 pub use summary::Summary;
 
+use std::sync::Arc;
+
 use crate::action::{Action, ActionDecoder, ActionError, ActionSpec, Command, Order};
 use crate::belief::Belief;
 use crate::candidates::{Candidates, Purpose};
-use crate::config::{ActionKind, NamedStart, ObservationKind, Start, ValidScenario};
+use crate::config::{ActionKind, NamedStart, ObservationKind, RewardConfig, Start, ValidScenario};
 use crate::deck::Deck;
 use crate::episode::{End, Episode, Limits};
 use crate::geometry::{Point, Pose};
@@ -29,8 +31,10 @@ use crate::weeds::{self, Weeds};
 /// One pasture with one mower.
 #[derive(Debug, Clone)]
 pub struct Env {
-    scenario: ValidScenario,
+    /// Shared by the clones of an environment, and seldom read: what every step needs stands beside it.
+    scenario: Arc<ValidScenario>,
     scenario_hash: [u8; 32],
+    reward: RewardConfig,
     site: Site,
     decoder: ActionDecoder,
     limits: Limits,
@@ -43,7 +47,8 @@ pub struct Env {
     sensor: Sensor,
     belief: Belief,
     /// Where the action kind or the observation needs them.
-    candidates: Option<Candidates>,
+    /// Apart, since few scenarios have them.
+    candidates: Option<Box<Candidates>>,
     episode: Episode,
 }
 
@@ -92,8 +97,9 @@ impl Env {
         let grid = Grid::new(site.length_m, site.width_m);
         let limits = Limits::new(scenario, &site, grid.cells());
         Self {
-            scenario: scenario.clone(),
+            scenario: Arc::new(scenario.clone()),
             scenario_hash: scenario.hash(),
+            reward: scenario.reward.clone(),
             site,
             decoder: ActionDecoder::new(scenario),
             limits,
@@ -106,7 +112,7 @@ impl Env {
             sensor: Sensor::new(site.sensor_range_m, site.sensor_width_m),
             belief: Belief::new(grid),
             candidates: needs_candidates(scenario)
-                .then(|| Candidates::new(&scenario.action, &site, grid)),
+                .then(|| Box::new(Candidates::new(&scenario.action, &site, grid))),
             episode: Episode::unstarted(),
         }
     }
@@ -267,7 +273,7 @@ impl Env {
         let view = View::new(&self.site, &self.mower, &self.belief);
         let end = self.episode.judge(&view, &self.limits, is_off_site); // end
         tally.forfeit_m = self.limits.forfeit_m(end, view.path_m);
-        let terms = RewardTerms::score(&self.scenario.reward, &tally); // reward
+        let terms = RewardTerms::score(&self.reward, &tally); // reward
         let Tally { weeds_mowed, distance_m, .. } = tally;
         Ok(Step { terms, end, weeds_mowed, distance_m, is_clipped: false })
     }
@@ -282,7 +288,7 @@ impl Env {
         if let Some(candidates) = &mut self.candidates {
             candidates.refresh(&view);
         }
-        self.encoder.encode(&view, self.candidates.as_ref(), observation);
+        self.encoder.encode(&view, self.candidates.as_deref(), observation);
     }
 
     /// The places that the action kind `target` chooses from now.
