@@ -60,32 +60,6 @@ impl Grid {
         }
     }
 
-    /// The grid whose cells are the tiles of this one.
-    #[must_use]
-    pub(crate) fn of_tiles(&self) -> Self {
-        let side = |cell_m: f64, count: usize| TILE as f64 * cell_m * count as f64;
-        let (x_m, y_m) =
-            (side(self.cell_x_m, self.tile_columns), side(self.cell_y_m, self.tile_rows));
-        Self {
-            columns: self.tile_columns,
-            rows: self.tile_rows,
-            tile_columns: self.tile_columns.div_ceil(TILE),
-            tile_rows: self.tile_rows.div_ceil(TILE),
-            cell_x_m: x_m / self.tile_columns as f64,
-            cell_y_m: y_m / self.tile_rows as f64,
-            per_x_m: self.tile_columns as f64 / x_m,
-            per_y_m: self.tile_rows as f64 / y_m,
-        }
-    }
-
-    /// The cell of that number, row by row.
-    #[must_use]
-    pub(crate) fn cell_number(&self, number: usize) -> Cell {
-        let (column, row) = (number % self.columns, number / self.columns);
-        let (tile, bit) = self.place(column, row);
-        Cell { column, row, tile, bit }
-    }
-
     /// Number of cells along x.
     #[must_use]
     pub fn columns(&self) -> usize {
