@@ -27,6 +27,11 @@ impl Ahead {
         self.weeds.clear();
         self.cells.clear();
     }
+
+    #[inline]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.weeds.is_empty() && self.cells.is_empty()
+    }
 }
 
 /// What one stretch cut.
@@ -53,27 +58,31 @@ impl Deck {
     }
 
     /// Mows what the bar passes over on `stretch`: swept, exact, its ends included.
+    #[inline]
     pub fn mow(&mut self, stretch: &Stretch, weeds: &mut Weeds) -> Cut<'_> {
         self.mowed.clear();
         self.seen.clear();
-        let Ahead { weeds: found, cells } = &mut self.ahead;
-        if !found.is_empty() || !cells.is_empty() {
-            let Stretch { start, end, curvature_per_m, length_m, .. } = *stretch;
-            let sweep = BarSweep::between(start, end, curvature_per_m, length_m, self.width_m);
-            let grid = weeds.grid();
-            let (mowed, seen) = (&mut self.mowed, &mut self.seen);
-            found.retain(|&weed| {
-                let is_out = sweep.contains(weeds.positions()[weed as usize]);
-                mowed.extend(is_out.then_some(weed));
-                !is_out
-            });
-            cells.retain(|&cell| {
-                let is_out = sweep.contains(grid.centre(cell.column, cell.row));
-                seen.extend(is_out.then_some(cell));
-                !is_out
-            });
-            weeds.mow(mowed);
+        if !self.ahead.is_empty() {
+            self.mow_ahead(stretch, weeds);
         }
         Cut { mowed: &self.mowed, seen: &self.seen }
+    }
+
+    fn mow_ahead(&mut self, stretch: &Stretch, weeds: &mut Weeds) {
+        let Self { width_m, ahead, mowed, seen } = self;
+        let Stretch { start, end, curvature_per_m, length_m, .. } = *stretch;
+        let sweep = BarSweep::between(start, end, curvature_per_m, length_m, *width_m);
+        let grid = weeds.grid();
+        ahead.weeds.retain(|&weed| {
+            let is_out = sweep.contains(weeds.positions()[weed as usize]);
+            mowed.extend(is_out.then_some(weed));
+            !is_out
+        });
+        ahead.cells.retain(|&cell| {
+            let is_out = sweep.contains(grid.centre(cell.column, cell.row));
+            seen.extend(is_out.then_some(cell));
+            !is_out
+        });
+        weeds.mow(mowed);
     }
 }

@@ -251,16 +251,17 @@ impl Env {
         }
         let command = self.limits.cut(self.decoder.check(command)?, self.mower.path_m());
         let (mut tally, mut is_off_site) = (Tally::default(), false);
-        'motion: for piece in self.mower.motion(command) {
-            self.deck.prepare(&piece, &self.weeds, self.belief.ground());
-            self.sensor.prepare(&piece, &self.weeds, self.belief.ground());
+        let mut motion = self.mower.motion(command);
+        'motion: while let Some(piece) = motion.next_piece() {
+            self.deck.prepare(piece, &self.weeds, self.belief.ground());
+            self.sensor.prepare(piece, &self.weeds, self.belief.ground());
             for stretch in piece.stretches() {
                 self.mower.follow(&stretch); // mower
                 let cut = self.deck.mow(&stretch, &mut self.weeds); // deck
                 tally.add(stretch.length_m, cut.mowed.len());
                 self.belief.absorb_cut(&cut);
                 if stretch.ends_at_look {
-                    let percept = self.sensor.look(stretch.end, &mut self.weeds); // sensor
+                    let percept = self.sensor.look(&stretch.end, &mut self.weeds); // sensor
                     self.belief.absorb_percept(&percept, &self.weeds); // belief
                     is_off_site = !self.site.allows(stretch.end.pose);
                 }

@@ -2,21 +2,17 @@
 
 use std::ops::Range;
 
-use wide::f32x8;
+use wide::i16x16;
 
-use crate::geometry::{Footprint, Point, Side, XLimits};
-use crate::math::floor_index;
+use crate::geometry::{Footprint, Point, Side};
+use crate::math::{floor_index, larger, smaller};
 
 /// Slack that keeps the ranges on the safe side of rounding, metres.
 const SLACK_M: f64 = 1e-6;
-/// The same where float32 rounds, in cells.
-const SLACK: f64 = 1e-3;
 /// Cells along either side of a tile: one machine word holds a tile.
 pub const TILE: usize = 8;
 /// The first cell of every row of a tile.
 const EVERY_ROW: u64 = 0x0101_0101_0101_0101;
-/// Tiles that are looked at together: the columns of seven fit a word with room for a carry.
-const WINDOW: usize = 7;
 
 /// How a pasture is cut: `columns` cells along x, `rows` along y, each about 1 m by 1 m, and 8 by 8 of them a tile.
 ///
@@ -58,32 +54,6 @@ impl Grid {
             per_x_m: 1.0 / cell_x_m,
             per_y_m: 1.0 / cell_y_m,
         }
-    }
-
-    /// The grid whose cells are the tiles of this one.
-    #[must_use]
-    pub(crate) fn of_tiles(&self) -> Self {
-        let side = |cell_m: f64, count: usize| TILE as f64 * cell_m * count as f64;
-        let (x_m, y_m) =
-            (side(self.cell_x_m, self.tile_columns), side(self.cell_y_m, self.tile_rows));
-        Self {
-            columns: self.tile_columns,
-            rows: self.tile_rows,
-            tile_columns: self.tile_columns.div_ceil(TILE),
-            tile_rows: self.tile_rows.div_ceil(TILE),
-            cell_x_m: x_m / self.tile_columns as f64,
-            cell_y_m: y_m / self.tile_rows as f64,
-            per_x_m: self.tile_columns as f64 / x_m,
-            per_y_m: self.tile_rows as f64 / y_m,
-        }
-    }
-
-    /// The cell of that number, row by row.
-    #[must_use]
-    pub(crate) fn cell_number(&self, number: usize) -> Cell {
-        let (column, row) = (number % self.columns, number / self.columns);
-        let (tile, bit) = self.place(column, row);
-        Cell { column, row, tile, bit }
     }
 
     /// Number of cells along x.
@@ -162,7 +132,10 @@ impl Grid {
 
     /// The tiles that a footprint may reach, as ranges of tile columns and tile rows.
     #[inline]
-    fn tiles_of(&self, footprint: &impl Footprint) -> (Range<usize>, Range<usize>) {
+    fn tiles_of<const SIDES: usize>(
+        &self,
+        footprint: &impl Footprint<SIDES>,
+    ) -> (Range<usize>, Range<usize>) {
         let tiles = |(low_m, high_m): (f64, f64), per_m: f64, count: usize| {
             let first = floor_index((low_m - SLACK_M) * per_m * (1.0 / TILE as f64));
             let end = floor_index((high_m + SLACK_M) * per_m * (1.0 / TILE as f64) + 1.0);
@@ -174,81 +147,103 @@ impl Grid {
         )
     }
 
-    /// The limits of a footprint in columns that depend on the row, both counted from 0: a cell outside them is nowhere
-    /// touched.
-    #[inline]
-    fn limits_in_cells(&self, footprint: &impl Footprint) -> XLimits {
-        let XLimits { lower, upper } = footprint.limits();
-        let half_m = (0.5 + SLACK) * self.cell_y_m;
-        let in_cells = |side: Side, widen: f64| {
-            // From the limit at the row's middle to that at its lower or upper border.
-            let at_row_m = side.x_at_0_m
-                + side.slope * (0.5 * self.cell_y_m)
-                + widen * side.slope.abs() * half_m;
-            Side {
-                x_at_0_m: at_row_m * self.per_x_m + widen * SLACK,
-                slope: side.slope * self.cell_y_m * self.per_x_m,
-            }
-        };
-        XLimits {
-            lower: lower.map(|side| in_cells(side, -1.0)),
-            upper: upper.map(|side| in_cells(side, 1.0)),
-        }
-    }
-
-    /// Whether a footprint certainly has no point in a tile.
-    #[inline]
-    fn is_missed(&self, footprint: &impl Footprint, column: usize, row: usize) -> bool {
-        let (side_x_m, side_y_m) = (TILE as f64 * self.cell_x_m, TILE as f64 * self.cell_y_m);
-        let low = Point::new(column as f64 * side_x_m, row as f64 * side_y_m);
-        footprint.misses(low, Point::new(low.x + side_x_m, low.y + side_y_m))
-    }
-
     /// Calls `visit` with every tile that a footprint may touch, and the bits of the cells there that it may touch, set by
     /// set; tiles where no set has any are left out.
     #[inline]
-    pub(crate) fn for_each_touched<const N: usize>(
+    pub(crate) fn for_each_touched<const SIDES: usize, const N: usize>(
         &self,
-        footprint: &impl Footprint,
+        footprint: &impl Footprint<SIDES>,
         sets: [&CellSet; N],
         mut visit: impl FnMut(Tile, [u64; N]),
     ) {
         let (columns, rows) = self.tiles_of(footprint);
-        let mut limits = None;
-        let mut tile_row = rows.start;
-        while tile_row < rows.end {
-            let start = tile_row * self.tile_columns;
-            // The masks of the rows of a window of tiles, and its first column.
-            let mut window: Option<([u64; TILE], usize)> = None;
-            let mut column = columns.start;
-            while column < columns.end {
-                let words = sets.map(|set| set.words[start + column]);
-                let is_empty = words.iter().fold(0, |all, &word| all | word) == 0;
-                if !is_empty && !self.is_missed(footprint, column, tile_row) {
-                    let (row_masks, first) = match &mut window {
-                        Some(window) if column < window.1 + WINDOW => window,
-                        window => {
-                            let limits =
-                                limits.get_or_insert_with(|| self.limits_in_cells(footprint));
-                            let masks = row_masks(limits, column * TILE, tile_row * TILE);
-                            window.insert((masks, column))
-                        }
-                    };
-                    let eighth = TILE * (column - *first);
-                    let mut mask = 0;
-                    for (row, row_mask) in row_masks.iter().enumerate() {
-                        mask |= (row_mask >> eighth & 0xff) << (TILE * row);
-                    }
-                    let bits = words.map(|word| word & mask);
-                    if bits.iter().fold(0, |all, &bits| all | bits) != 0 {
-                        visit(Tile { index: start + column, column, row: tile_row }, bits);
-                    }
+        let edges = footprint.sides().map(|side| Edge::new(self, &side));
+        for row in rows {
+            let first = row * self.tile_columns;
+            for column in columns.clone() {
+                let words = sets.map(|set| set.words[first + column]);
+                if words.iter().fold(0, |all, &word| all | word) == 0 {
+                    continue;
                 }
-                column += 1;
+                let mask = cells_within(&edges, column, row);
+                let bits = words.map(|word| word & mask);
+                if bits.iter().fold(0, |all, &bits| all | bits) != 0 {
+                    visit(Tile { index: first + column, column, row }, bits);
+                }
             }
-            tile_row += 1;
         }
     }
+}
+
+/// The unit of whole numbers in which cells are compared with an edge: so many for a step of a cell along x and y together.
+const UNITS: f64 = 1500.0;
+/// What rounding to whole units may take away over a tile.
+const SLACK_UNITS: f64 = 16.0;
+/// No cell of a tile is further from its first cell than this, in units; with it twice, 16 bits still hold the sum.
+const FAR_UNITS: f64 = 12_000.0;
+
+/// A side of a footprint in cells: how far a cell's nearest point is on the footprint's side of it, linear in column and row.
+#[derive(Clone, Copy)]
+struct Edge {
+    /// For the cell 0, 0.
+    at_0: f64,
+    per_column: f64,
+    per_row: f64,
+    /// The most that a cell of a tile has more than the tile's first one.
+    reach: f64,
+}
+
+impl Edge {
+    #[inline]
+    fn new(grid: &Grid, side: &Side) -> Self {
+        let (x, y) = (side.gradient.0 * grid.cell_x_m, side.gradient.1 * grid.cell_y_m);
+        let scale = UNITS / (x.abs() + y.abs());
+        let (per_column, per_row) = (-x * scale, -y * scale);
+        // The nearest point is the corner towards which the product with the gradient falls.
+        let to_corner = larger(per_column, 0.0) + larger(per_row, 0.0);
+        Self {
+            at_0: side.level * scale + to_corner + SLACK_UNITS,
+            per_column,
+            per_row,
+            reach: (TILE - 1) as f64 * to_corner,
+        }
+    }
+}
+
+/// The cells of a tile of which a point may lie within all edges.
+#[inline]
+fn cells_within<const SIDES: usize>(edges: &[Edge; SIDES], column: usize, row: usize) -> u64 {
+    let (column, row) = ((column * TILE) as f64, (row * TILE) as f64);
+    let at_first = edges.map(|edge| edge.at_0 + edge.per_row * row + edge.per_column * column);
+    if (0..SIDES).any(|i| at_first[i] + edges[i].reach < 0.0) {
+        return 0;
+    }
+    // Two rows at a time: what is below 0 is beyond the edge.
+    let columns = i16x16::new([0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7]);
+    let second_row = i16x16::new([0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -1, -1, -1, -1]);
+    let mut at: [i16x16; SIDES] = std::array::from_fn(|i| {
+        let first = whole(smaller(at_first[i], FAR_UNITS));
+        first + whole(edges[i].per_column) * columns + (whole(edges[i].per_row) & second_row)
+    });
+    let two_rows = edges.map(|edge| whole(edge.per_row + edge.per_row));
+    let mut mask = 0;
+    for pair in 0..TILE / 2 {
+        let beyond = at.iter().fold(i16x16::ZERO, |beyond, &at| beyond | at);
+        mask |= u64::from(beyond.to_bitmask()) << (2 * TILE * pair);
+        for i in 0..SIDES {
+            at[i] += two_rows[i];
+        }
+    }
+    !mask
+}
+
+/// A number of units that 16 bits hold, rounded to a whole one, sixteen times.
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "the lowest 16 bits are wanted")]
+fn whole(units: f64) -> i16x16 {
+    // A number so large has no bits left for a fraction; its lowest ones are those of the whole number.
+    const NO_FRACTION: f64 = 1.5 * (1_u64 << 52) as f64;
+    i16x16::splat((units + NO_FRACTION).to_bits() as i16)
 }
 
 /// A cell, and where a set keeps it.
@@ -282,28 +277,6 @@ impl Tile {
             bits &= bits - 1;
         }
     }
-}
-
-/// For each of eight rows from `first_row` the columns between the limits, lowest bit `first_column`.
-///
-/// In float32: the limits have slack for it.
-#[inline]
-#[expect(clippy::cast_possible_truncation, reason = "only the window's 56 columns matter")]
-fn row_masks(limits: &XLimits, first_column: usize, first_row: usize) -> [u64; TILE] {
-    const LAST: f32 = (WINDOW * TILE) as f32;
-    let (row, column) = (first_row as f64, first_column as f64);
-    let rows = f32x8::new([0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-    let at = |side: Side| {
-        let here = (side.x_at_0_m + side.slope * row - column) as f32;
-        f32x8::splat(side.slope as f32) * rows + f32x8::splat(here)
-    };
-    let [low, other_low] = limits.lower.map(at);
-    let [high, other_high] = limits.upper.map(at);
-    let (zero, last) = (f32x8::ZERO, f32x8::splat(LAST));
-    let first = low.fast_max(other_low).fast_max(zero).fast_min(last);
-    let end = (high.fast_min(other_high) + f32x8::ONE).fast_max(zero).fast_min(last);
-    let (first, end) = (first.fast_trunc_int().to_array(), end.fast_trunc_int().to_array());
-    std::array::from_fn(|i| (1_u64 << (end[i].max(first[i]) & 63)) - (1 << (first[i] & 63)))
 }
 
 /// A set of cells, one bit each.
@@ -418,10 +391,10 @@ impl CellSet {
     }
 
     /// Calls `visit` with every cell of the set that a footprint may touch, once.
-    pub fn for_each_touched(
+    pub fn for_each_touched<const SIDES: usize>(
         &self,
         grid: &Grid,
-        footprint: &impl Footprint,
+        footprint: &impl Footprint<SIDES>,
         mut visit: impl FnMut(Cell),
     ) {
         grid.for_each_touched(footprint, [self], |tile, [bits]| tile.for_each(bits, &mut visit));

@@ -12,41 +12,24 @@ pub struct SeenGround {
     grid: Grid,
     unseen: CellSet,
     unseen_count: usize,
-    /// The tiles as cells, and those of them that hold unseen cells.
-    tile_grid: Grid,
-    unseen_tiles: CellSet,
 }
 
 impl SeenGround {
     /// Nothing seen yet.
     #[must_use]
     pub fn none(grid: Grid) -> Self {
-        let tile_grid = grid.of_tiles();
-        Self {
-            grid,
-            unseen: CellSet::full(&grid),
-            unseen_count: grid.cells(),
-            tile_grid,
-            unseen_tiles: CellSet::full(&tile_grid),
-        }
+        Self { grid, unseen: CellSet::full(&grid), unseen_count: grid.cells() }
     }
 
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
         self.unseen.fill(&self.grid);
-        self.unseen_tiles.fill(&self.tile_grid);
         self.unseen_count = self.grid.cells();
     }
 
     pub(crate) fn restore(&mut self, unseen: CellSet) {
         self.unseen_count = unseen.len();
         self.unseen = unseen;
-        self.unseen_tiles.clear();
-        for (tile, &word) in self.unseen.words().iter().enumerate() {
-            if word != 0 {
-                self.unseen_tiles.insert(self.tile_grid.cell_number(tile));
-            }
-        }
     }
 
     pub(crate) fn unseen(&self) -> &CellSet {
@@ -102,17 +85,15 @@ impl SeenGround {
     pub fn absorb(&mut self, cells: &[Cell]) {
         for &cell in cells {
             self.unseen_count -= usize::from(self.unseen.remove(cell));
-            if self.unseen.words()[cell.tile] == 0 {
-                self.unseen_tiles.remove(self.tile_grid.cell_number(cell.tile));
-            }
         }
     }
 
-    /// Writes the distances from `origin` to the nearest point of an unseen cell in some directions (cosine and sine of the
-    /// bearing in the world frame) to `ranges_m`, metres, at most `cap_m`. Outside the pasture there is nothing to see.
+    /// Gives `visit` the distances from `origin` to the nearest point of an unseen cell in some directions (cosine and sine
+    /// of the bearing in the world frame), metres, at most `cap_m`. Outside the pasture there is nothing to see.
     ///
-    /// A ray walks from tile to tile, and within those that hold unseen cells from cell to cell (Amanatides & Woo, 1987, "A
-    /// Fast Voxel Traversal Algorithm for Ray Tracing").
+    /// A ray walks from cell to cell (Amanatides & Woo, 1987, "A Fast Voxel Traversal Algorithm for Ray Tracing"), and over
+    /// a tile without unseen cells at once.
+    #[inline]
     pub fn ranges_to_unseen(
         &self,
         origin: Point,
@@ -121,13 +102,10 @@ impl SeenGround {
         mut visit: impl FnMut(f64),
     ) {
         let at = self.grid.in_cells(origin.x, origin.y);
-        let (cells_x, cells_y) = (self.grid.columns() as f64, self.grid.rows() as f64);
+        let (columns, rows) = (self.grid.columns(), self.grid.rows());
+        let (cells_x, cells_y) = (columns as f64, rows as f64);
         let is_inside = at.0 >= 0.0 && at.0 <= cells_x && at.1 >= 0.0 && at.1 <= cells_y;
         for (cos, sin) in directions {
-            if self.unseen_count == 0 {
-                visit(cap_m);
-                continue;
-            }
             let (along_x, along_y) = self.grid.in_cells(cos, sin);
             let (x, y) = (Line::new(at.0, along_x), Line::new(at.1, along_y));
             let mut enter_m = 0.0;
@@ -144,103 +122,90 @@ impl SeenGround {
         }
     }
 
-    /// Walks over blocks of tiles; returns after how many metres an unseen cell is met, or anything above `cap_m`.
+    /// Follows a ray; returns after how many metres it meets an unseen cell, or anything from `cap_m` on if it does not.
     #[inline]
     fn walk(&self, x: &Line, y: &Line, enter_m: f64, cap_m: f64) -> f64 {
-        const SIZE: f64 = (TILE * TILE) as f64;
-        let (words, tile_words) = (self.unseen.words(), self.unseen_tiles.words());
-        let (columns, _) = self.grid.tiles();
-        let (block_columns, block_rows) = self.tile_grid.tiles();
+        let words = self.unseen.words();
+        let (columns, rows) = self.grid.tiles();
         let mut at_m = enter_m;
-        let (mut block_x, mut block_y) =
-            (x.block(at_m, SIZE, block_columns), y.block(at_m, SIZE, block_rows));
-        // Blocks beyond either end have numbers that are too large.
-        while at_m < cap_m && block_x < block_columns && block_y < block_rows {
-            let first = ((block_x * TILE * TILE) as f64, (block_y * TILE * TILE) as f64);
-            let tiles = tile_words[block_y * block_columns + block_x];
-            let hit_m =
-                first_hit(tiles, x, y, first, TILE as f64, at_m, cap_m, |tile_x, tile_y, at_m| {
-                    let (tile_x, tile_y) = (block_x * TILE + tile_x, block_y * TILE + tile_y);
-                    let first = ((tile_x * TILE) as f64, (tile_y * TILE) as f64);
-                    let word = words[tile_y * columns + tile_x];
-                    first_hit(word, x, y, first, 1.0, at_m, cap_m, |_, _, at_m| Some(at_m))
-                });
-            if let Some(hit_m) = hit_m {
+        let (mut tile_x, mut tile_y) = (x.tile(at_m, columns), y.tile(at_m, rows));
+        let (mut leaves_x_m, mut leaves_y_m) =
+            (x.leaves_m(tile_x, TILE as f64), y.leaves_m(tile_y, TILE as f64));
+        let (tile_x_m, tile_y_m) = (TILE as f64 * x.cell_m, TILE as f64 * y.cell_m);
+        // Tiles beyond either end have numbers that are too large.
+        while at_m < cap_m && tile_x < columns && tile_y < rows {
+            let word = words[tile_y * columns + tile_x];
+            if word != 0
+                && let Some(hit_m) = first_hit(word, x, y, (tile_x, tile_y), at_m)
+            {
                 return hit_m;
             }
-            let (leaves_x_m, leaves_y_m) = (x.leaves_m(first.0, SIZE), y.leaves_m(first.1, SIZE));
             if leaves_x_m < leaves_y_m {
                 at_m = leaves_x_m;
-                block_x = block_x.wrapping_add(x.step);
+                leaves_x_m += tile_x_m;
+                tile_x = tile_x.wrapping_add(x.step);
             } else {
                 at_m = leaves_y_m;
-                block_y = block_y.wrapping_add(y.step);
+                leaves_y_m += tile_y_m;
+                tile_y = tile_y.wrapping_add(y.step);
             }
         }
         f64::INFINITY
     }
 }
 
-/// Follows a ray that enters a square of eight by eight parts after `at_m` metres from part to part, and asks `visit` at those
-/// that are set in `word`, until it has an answer.
+/// Follows a ray through a tile that it enters after `at_m` metres; returns after how many it meets a cell of `word`.
 #[inline]
-#[expect(clippy::too_many_arguments, reason = "one loop for tiles and cells")]
-fn first_hit(
-    word: u64,
-    x: &Line,
-    y: &Line,
-    first: (f64, f64),
-    size: f64,
-    mut at_m: f64,
-    cap_m: f64,
-    visit: impl Fn(usize, usize, f64) -> Option<f64>,
-) -> Option<f64> {
-    if word == 0 {
-        return None;
-    }
-    let (mut part_x, mut part_y) = (x.part(at_m, first.0, size), y.part(at_m, first.1, size));
-    let mut border_x_m = x.leaves_m(first.0 + part_x as f64 * size, size);
-    let mut border_y_m = y.leaves_m(first.1 + part_y as f64 * size, size);
-    let (part_x_m, part_y_m) = (x.cell_m * size, y.cell_m * size);
-    // Parts beyond the square have numbers that are too large.
-    while (part_x | part_y) < TILE && at_m < cap_m {
+fn first_hit(word: u64, x: &Line, y: &Line, tile: (usize, usize), mut at_m: f64) -> Option<f64> {
+    let (first_x, first_y) = (tile.0 * TILE, tile.1 * TILE);
+    let (mut part_x, mut part_y) = (x.part(at_m, first_x), y.part(at_m, first_y));
+    let (mut border_x_m, mut border_y_m) =
+        (x.leaves_m(first_x + part_x, 1.0), y.leaves_m(first_y + part_y, 1.0));
+    // Cells beyond the tile have numbers that are too large.
+    while (part_x | part_y) < TILE {
         if word >> (part_y * TILE + part_x) & 1 == 1 {
-            let answer = visit(part_x, part_y, at_m);
-            if answer.is_some() {
-                return answer;
-            }
+            return Some(at_m);
         }
         if border_x_m < border_y_m {
             at_m = border_x_m;
-            border_x_m += part_x_m;
+            border_x_m += x.cell_m;
             part_x = part_x.wrapping_add(x.step);
         } else {
             at_m = border_y_m;
-            border_y_m += part_y_m;
+            border_y_m += y.cell_m;
             part_y = part_y.wrapping_add(y.step);
         }
     }
     None
 }
 
+/// A ray that moves slower than this along an axis, in cells a metre, counts as if it moved so fast: it gets nowhere.
+const STANDSTILL: f64 = 1e-30;
+
 /// A ray along one axis, in cells.
 struct Line {
     at: f64,
     /// Cells a metre.
     along: f64,
-    /// Metres a cell; infinite where the ray does not move.
+    /// Metres a cell.
     cell_m: f64,
     /// What takes it one cell on: 1, or what takes 1 off.
     step: usize,
-    is_forward: bool,
+    /// 1 where it leaves a cell at its upper end, 0 where at its lower one.
+    leaves_at: f64,
+    /// `cell_m` with the sign of `along`.
+    signed_cell_m: f64,
 }
 
 impl Line {
     #[inline]
     fn new(at: f64, along: f64) -> Self {
-        let is_forward = along >= 0.0;
-        let step = if is_forward { 1 } else { usize::MAX };
-        Self { at, along, cell_m: 1.0 / along.abs(), step, is_forward }
+        let cell_m = 1.0 / larger(along.abs(), STANDSTILL);
+        if along >= 0.0 {
+            Self { at, along, cell_m, step: 1, leaves_at: 1.0, signed_cell_m: cell_m }
+        } else {
+            Self { at, along, cell_m, step: usize::MAX, leaves_at: 0.0, signed_cell_m: -cell_m }
+        }
     }
 
     /// Way after which the ray enters the strip of `cells` cells, metres: 0 from within, infinite if never.
@@ -260,22 +225,21 @@ impl Line {
         (-1e-9..=cells + 1e-9).contains(&(self.at + at_m * self.along))
     }
 
-    /// In which of `blocks` blocks of `size` cells the ray is after `at_m` metres.
+    /// In which of `tiles` tiles the ray is after `at_m` metres.
     #[inline]
-    fn block(&self, at_m: f64, size: f64, blocks: usize) -> usize {
-        floor_index((self.at + at_m * self.along) * (1.0 / size)).min(blocks - 1)
+    fn tile(&self, at_m: f64, tiles: usize) -> usize {
+        floor_index((self.at + at_m * self.along) * (1.0 / TILE as f64)).min(tiles - 1)
     }
 
-    /// In which of the eight parts of `size` from `first` the ray is after `at_m` metres.
+    /// In which of the cells of a tile that begins with cell `first` the ray is after `at_m` metres.
     #[inline]
-    fn part(&self, at_m: f64, first: f64, size: f64) -> usize {
-        floor_index((self.at + at_m * self.along - first) * (1.0 / size)).min(TILE - 1)
+    fn part(&self, at_m: f64, first: usize) -> usize {
+        floor_index(self.at + at_m * self.along - first as f64).min(TILE - 1)
     }
 
-    /// Way at which the ray leaves the block of `size` from `first`, metres.
+    /// Way at which the ray leaves the part of that number, all of which have `size` cells, metres.
     #[inline]
-    fn leaves_m(&self, first: f64, size: f64) -> f64 {
-        let way = if self.is_forward { first + size - self.at } else { self.at - first };
-        way * self.cell_m
+    fn leaves_m(&self, part: usize, size: f64) -> f64 {
+        ((part as f64 + self.leaves_at) * size - self.at) * self.signed_cell_m
     }
 }

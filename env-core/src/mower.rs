@@ -88,10 +88,16 @@ impl Mower {
         Motion {
             command,
             start: self.at,
-            at: self.at,
             start_path_m: self.path_m,
             driven_m: 0.0,
             looks: self.looks,
+            piece: Piece {
+                curvature_per_m: command.curvature_per_m,
+                frames: [self.at; MAX_STRETCHES + 1],
+                lengths_m: [0.0; MAX_STRETCHES],
+                is_look: [false; MAX_STRETCHES],
+                count: 0,
+            },
         }
     }
 
@@ -110,60 +116,58 @@ impl Mower {
     }
 }
 
-/// A command being carried out: an iterator over its pieces.
+/// A command being carried out, piece by piece.
 #[derive(Debug, Clone)]
 pub struct Motion {
     command: Command,
     start: Frame,
-    at: Frame,
     start_path_m: f64,
     driven_m: f64,
     looks: u64,
+    piece: Piece,
 }
 
-impl Iterator for Motion {
-    type Item = Piece;
-
+impl Motion {
+    /// The next piece; `None` at the end.
+    ///
+    /// Not an iterator: a piece is large, and is lent, not copied.
     #[inline]
-    fn next(&mut self) -> Option<Piece> {
+    pub fn next_piece(&mut self) -> Option<&Piece> {
         let Command { curvature_per_m, distance_m } = self.command;
         let turn_per_m = curvature_per_m.abs();
-        let mut piece = Piece {
-            curvature_per_m,
-            frames: [self.at; MAX_STRETCHES + 1],
-            lengths_m: [0.0; MAX_STRETCHES],
-            is_look: [false; MAX_STRETCHES],
-            count: 0,
-        };
-        let piece_start_m = self.driven_m;
-        while piece.count < MAX_STRETCHES {
-            let look_m = self.looks as f64 * LOOK_SPACING_M - self.start_path_m;
-            if self.driven_m >= distance_m && look_m > distance_m + LOOK_SLACK_M {
+        let piece = &mut self.piece;
+        let (piece_start_m, mut driven_m, mut looks) = (self.driven_m, self.driven_m, self.looks);
+        piece.frames[0] = piece.frames[piece.count];
+        let mut count = 0;
+        while count < MAX_STRETCHES {
+            let look_m = looks as f64 * LOOK_SPACING_M - self.start_path_m;
+            if driven_m >= distance_m && look_m > distance_m + LOOK_SLACK_M {
                 break;
             }
-            let mut to_m = larger(smaller(look_m, distance_m), self.driven_m);
+            let mut to_m = larger(smaller(look_m, distance_m), driven_m);
             if (to_m - piece_start_m) * turn_per_m > MAX_TURN_RAD {
-                if piece.count > 0 {
+                if count > 0 {
                     break;
                 }
-                to_m = self.driven_m + MAX_TURN_RAD / turn_per_m;
+                to_m = driven_m + MAX_TURN_RAD / turn_per_m;
             }
             let is_look = look_m <= to_m + LOOK_SLACK_M;
-            piece.lengths_m[piece.count] = to_m - self.driven_m;
-            piece.is_look[piece.count] = is_look;
-            piece.count += 1;
+            piece.lengths_m[count] = to_m - driven_m;
+            piece.is_look[count] = is_look;
+            count += 1;
             // Every point is found from the start of the command, so that errors do not add up along it.
-            piece.frames[piece.count] = self.start.advanced(curvature_per_m, to_m);
-            self.driven_m = to_m;
-            self.looks += u64::from(is_look);
+            piece.frames[count] = self.start.advanced(curvature_per_m, to_m);
+            driven_m = to_m;
+            looks += u64::from(is_look);
         }
-        self.at = piece.frames[piece.count];
-        (piece.count > 0).then_some(piece)
+        piece.count = count;
+        (self.driven_m, self.looks) = (driven_m, looks);
+        (count > 0).then_some(&self.piece)
     }
 }
 
 /// A few stretches that follow each other, which turn by a radian at most.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Piece {
     curvature_per_m: f64,
     /// Where the stretches begin and end.
@@ -215,7 +219,8 @@ mod tests {
             let mut looked_at_m = Vec::new();
             for _ in 0..steps {
                 let command = Command { curvature_per_m: 0.1, distance_m: 10.0 / f64::from(steps) };
-                for piece in mower.motion(command) {
+                let mut motion = mower.motion(command);
+                while let Some(piece) = motion.next_piece() {
                     for stretch in piece.stretches() {
                         mower.follow(&stretch);
                         if stretch.ends_at_look {

@@ -51,28 +51,31 @@ impl Sensor {
     }
 
     /// Looks from a pose that it is prepared for.
-    pub fn look(&mut self, from: Frame, weeds: &mut Weeds) -> Percept<'_> {
+    #[inline]
+    pub fn look(&mut self, from: &Frame, weeds: &mut Weeds) -> Percept<'_> {
         self.detected.clear();
         self.seen.clear();
-        let Ahead { weeds: found, cells } = &mut self.ahead;
-        if !found.is_empty() || !cells.is_empty() {
-            let triangle = self.triangle;
-            let grid = weeds.grid();
-            let (detected, seen) = (&mut self.detected, &mut self.seen);
-            found.retain(|&weed| {
-                let is_out = triangle.contains(&from, weeds.positions()[weed as usize]);
-                // A weed that was mowed meanwhile is nowhere to be seen.
-                detected.extend((is_out && !weeds.is_mowed()[weed as usize]).then_some(weed));
-                !is_out
-            });
-            cells.retain(|&cell| {
-                let is_out = triangle.contains(&from, grid.centre(cell.column, cell.row));
-                seen.extend(is_out.then_some(cell));
-                !is_out
-            });
-            weeds.detect(detected);
+        if !self.ahead.is_empty() {
+            self.look_ahead(from, weeds);
         }
         Percept { detected: &self.detected, seen: &self.seen }
+    }
+
+    fn look_ahead(&mut self, from: &Frame, weeds: &mut Weeds) {
+        let Self { triangle, ahead, detected, seen } = self;
+        let grid = weeds.grid();
+        ahead.weeds.retain(|&weed| {
+            let is_out = triangle.contains(from, weeds.positions()[weed as usize]);
+            // A weed that was mowed meanwhile is nowhere to be seen.
+            detected.extend((is_out && !weeds.is_mowed()[weed as usize]).then_some(weed));
+            !is_out
+        });
+        ahead.cells.retain(|&cell| {
+            let is_out = triangle.contains(from, grid.centre(cell.column, cell.row));
+            seen.extend(is_out.then_some(cell));
+            !is_out
+        });
+        weeds.detect(detected);
     }
 
     /// Looks from a pose at once.
@@ -83,6 +86,6 @@ impl Sensor {
         ground: &SeenGround,
     ) -> Percept<'_> {
         self.prepare_for(&Sight::new(self.triangle, &[from]), weeds, ground);
-        self.look(from, weeds)
+        self.look(&from, weeds)
     }
 }

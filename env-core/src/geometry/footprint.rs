@@ -2,44 +2,33 @@
 
 use super::Point;
 
-/// A convex shape on the ground.
+/// A convex shape on the ground with so many sides.
 ///
-/// Its ranges may be too wide, never too narrow; [`Footprint::contains`] decides.
-pub trait Footprint {
+/// Its ranges and sides may be too wide, never too narrow; [`Footprint::contains`] decides.
+pub trait Footprint<const SIDES: usize> {
     /// Whether a point of the world lies in the shape, borders included.
     fn contains(&self, point: Point) -> bool;
     /// Lowest and highest x of the shape, metres.
     fn x_range(&self) -> (f64, f64);
     /// Lowest and highest y of the shape, metres.
     fn y_range(&self) -> (f64, f64);
-    /// The limits on x.
-    fn limits(&self) -> XLimits;
-    /// Whether the shape certainly has no point in the box between two corners.
-    fn misses(&self, low: Point, high: Point) -> bool;
+    /// Straight lines with the whole shape on one side.
+    fn sides(&self) -> [Side; SIDES];
 }
 
-/// The x between which a shape lies, at any y of its range: not left of any lower limit, not right of any upper one.
-#[derive(Debug, Clone, Copy)]
-pub struct XLimits {
-    /// Limits from below.
-    pub lower: [Side; 2],
-    /// Limits from above.
-    pub upper: [Side; 2],
-}
-
-/// A limit on x that depends on y.
+/// A side of a shape: all its points have a product with the gradient that is not above the level.
 #[derive(Debug, Clone, Copy)]
 pub struct Side {
-    /// The limit at y = 0, metres.
-    pub x_at_0_m: f64,
-    /// Metres of x for a metre of y.
-    pub slope: f64,
+    /// Across the side, outwards; of any length but 0.
+    pub gradient: (f64, f64),
+    /// The product for points on the side.
+    pub level: f64,
 }
 
 impl Side {
-    /// A limit that does not depend on y.
+    /// Whether a point lies on the shape's side of it.
     #[must_use]
-    pub fn upright(x_m: f64) -> Self {
-        Self { x_at_0_m: x_m, slope: 0.0 }
+    pub fn holds(&self, point: Point) -> bool {
+        self.gradient.0 * point.x + self.gradient.1 * point.y <= self.level
     }
 }

@@ -13,7 +13,7 @@ mod triangle;
 pub use arc::Arc;
 pub use departure::Departure;
 pub use dubins::{DubinsPath, PathError, Segment, Word, boustrophedon_length, shortest};
-pub use footprint::{Footprint, Side, XLimits};
+pub use footprint::{Footprint, Side};
 pub use frame::Frame;
 pub use pose::Pose;
 pub use sight::Sight;

@@ -1,6 +1,6 @@
 //! What is seen on a piece of a motion.
 
-use super::{Footprint, Frame, Point, Side, Triangle, XLimits};
+use super::{Footprint, Frame, Point, Side, Triangle};
 use crate::math::{larger, smaller};
 
 /// Keeps what a border's tolerance lets in.
@@ -13,8 +13,8 @@ pub struct Sight<'a> {
     looks: &'a [Frame],
     x_range: (f64, f64),
     y_range: (f64, f64),
-    /// Sides that hold all triangles: points whose product with the gradient is not above the level.
-    sides: [(f64, f64, f64); 3],
+    /// The far, the left and the right side of all triangles.
+    sides: [Side; 3],
 }
 
 impl<'a> Sight<'a> {
@@ -47,12 +47,13 @@ impl<'a> Sight<'a> {
             right_level = larger(right_level, larger(dot(2, apex), dot(2, right)));
         }
         let levels = [far_level, left_level, right_level];
-        let sides = std::array::from_fn(|i| (gradients[i].0, gradients[i].1, levels[i]));
+        let sides =
+            std::array::from_fn(|i| Side { gradient: gradients[i], level: levels[i] + SLACK });
         Self { triangle, looks, x_range: (low.0, high.0), y_range: (low.1, high.1), sides }
     }
 }
 
-impl Footprint for Sight<'_> {
+impl Footprint<3> for Sight<'_> {
     #[inline]
     fn contains(&self, point: Point) -> bool {
         self.looks.iter().any(|look| self.triangle.contains(look, point))
@@ -69,31 +70,8 @@ impl Footprint for Sight<'_> {
     }
 
     #[inline]
-    fn limits(&self) -> XLimits {
-        // Of three sides at most two face the same way; one that runs along x limits y only, which the range of y does already.
-        let mut limits = XLimits {
-            lower: [Side::upright(f64::NEG_INFINITY); 2],
-            upper: [Side::upright(f64::INFINITY); 2],
-        };
-        let (mut lower, mut upper) = (limits.lower.iter_mut(), limits.upper.iter_mut());
-        for (gx, gy, level) in self.sides {
-            if gx.abs() > 1e-9 {
-                let facing = if gx > 0.0 { upper.next() } else { lower.next() };
-                let per_gx = 1.0 / gx;
-                *facing.expect("the sides of a triangle do not all face one way") =
-                    Side { x_at_0_m: level * per_gx, slope: -gy * per_gx };
-            }
-        }
-        limits
-    }
-
-    #[inline]
-    fn misses(&self, low: Point, high: Point) -> bool {
-        self.sides.iter().any(|&(gx, gy, level)| {
-            let x = if gx > 0.0 { low.x } else { high.x };
-            let y = if gy > 0.0 { low.y } else { high.y };
-            gx * x + gy * y > level + SLACK
-        })
+    fn sides(&self) -> [Side; 3] {
+        self.sides
     }
 }
 
@@ -117,11 +95,7 @@ mod tests {
                     if sight.contains(point) {
                         assert!(left - 1e-6 <= point.x && point.x <= right + 1e-6, "{point}");
                         assert!(bottom - 1e-6 <= point.y && point.y <= top + 1e-6, "{point}");
-                        let at = |side: &Side| side.x_at_0_m + side.slope * point.y;
-                        let XLimits { lower, upper } = sight.limits();
-                        assert!(lower.iter().all(|side| at(side) - 1e-6 <= point.x), "{point}");
-                        assert!(upper.iter().all(|side| point.x <= at(side) + 1e-6), "{point}");
-                        assert!(!sight.misses(point, point), "{point}");
+                        assert!(sight.sides.iter().all(|side| side.holds(point)), "{point}");
                     }
                 }
             }

@@ -1,6 +1,6 @@
 //! The ground that the implement passes over while the mower follows an arc.
 
-use super::{Arc, Footprint, Frame, Point, Side, XLimits};
+use super::{Arc, Footprint, Frame, Point, Side};
 use crate::math::{larger, smaller};
 
 /// How far outside the bar a point still counts as mowed, metres.
@@ -99,30 +99,7 @@ impl BarSweep {
     }
 }
 
-/// The sides of the box around two bars that lies along their mean heading, `margin_m` larger.
-fn limits_along(start: Frame, end: Frame, half_width_m: f64, margin_m: f64) -> XLimits {
-    // Not of length 1, but of at most 2.
-    let (ahead_x, ahead_y) = (start.cos + end.cos, start.sin + end.sin);
-    let margin = 2.0 * margin_m;
-    // The lower and the upper side of the points with gx x + gy y between those of the bars' four ends.
-    let sides = |gx: f64, gy: f64| {
-        let along = |at: Frame| gx * at.pose.x_m + gy * at.pose.y_m;
-        let half = |at: Frame| (half_width_m * (gy * at.cos - gx * at.sin)).abs();
-        let low = smaller(along(start) - half(start), along(end) - half(end)) - margin;
-        let high = larger(along(start) + half(start), along(end) + half(end)) + margin;
-        if gx.abs() <= 1e-9 {
-            return (Side::upright(f64::NEG_INFINITY), Side::upright(f64::INFINITY));
-        }
-        let per_gx = 1.0 / gx;
-        let slope = -gy * per_gx;
-        let side = |at: f64| Side { x_at_0_m: at * per_gx, slope };
-        if gx > 0.0 { (side(low), side(high)) } else { (side(high), side(low)) }
-    };
-    let (front, across) = (sides(ahead_x, ahead_y), sides(-ahead_y, ahead_x));
-    XLimits { lower: [front.0, across.0], upper: [front.1, across.1] }
-}
-
-impl Footprint for BarSweep {
+impl Footprint<4> for BarSweep {
     /// Exact and inclusive: between the two bar lines, and within half a width of the arc.
     ///
     /// With (a, l) the offsets in the start frame and k the curvature, `rho = |(k a, 1 - k l)|` is the distance from the
@@ -163,14 +140,26 @@ impl Footprint for BarSweep {
         self.y_range
     }
 
+    /// The box around both bars that lies along their mean heading, as much larger as the arc bulges.
     #[inline]
-    fn limits(&self) -> XLimits {
-        limits_along(self.start, self.end, self.half_width_m, self.bulge_m)
-    }
-
-    #[inline]
-    fn misses(&self, _: Point, _: Point) -> bool {
-        false
+    fn sides(&self) -> [Side; 4] {
+        let Self { start, end, half_width_m, .. } = *self;
+        // Not of length 1, but of at most 2.
+        let (ahead_x, ahead_y) = (start.cos + end.cos, start.sin + end.sin);
+        let margin = 2.0 * self.bulge_m;
+        // The front or left side, and the one across from it.
+        let sides = |gx: f64, gy: f64| {
+            let along = |at: Frame| gx * at.pose.x_m + gy * at.pose.y_m;
+            let half = |at: Frame| (half_width_m * (gy * at.cos - gx * at.sin)).abs();
+            let (at_start, at_end) = (along(start), along(end));
+            let (half_start, half_end) = (half(start), half(end));
+            let low = smaller(at_start - half_start, at_end - half_end) - margin;
+            let high = larger(at_start + half_start, at_end + half_end) + margin;
+            let side = |gx: f64, gy: f64, level: f64| Side { gradient: (gx, gy), level };
+            (side(gx, gy, high), side(-gx, -gy, -low))
+        };
+        let ((front, back), (left, right)) = (sides(ahead_x, ahead_y), sides(-ahead_y, ahead_x));
+        [front, back, left, right]
     }
 }
 

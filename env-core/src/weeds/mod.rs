@@ -85,9 +85,9 @@ impl Weeds {
     }
 
     /// Writes the standing weeds in `footprint` to `found`, ascending, and the unseen cells with their centre in it to `cells`.
-    pub fn find_standing(
+    pub fn find_standing<const SIDES: usize>(
         &self,
-        footprint: &impl Footprint,
+        footprint: &impl Footprint<SIDES>,
         ground: &SeenGround,
         found: &mut Vec<u32>,
         cells: &mut Vec<Cell>,
@@ -97,9 +97,9 @@ impl Weeds {
     }
 
     /// The same with the standing weeds that were not detected yet.
-    pub fn find_undetected(
+    pub fn find_undetected<const SIDES: usize>(
         &self,
-        footprint: &impl Footprint,
+        footprint: &impl Footprint<SIDES>,
         ground: &SeenGround,
         found: &mut Vec<u32>,
         cells: &mut Vec<Cell>,
@@ -110,9 +110,9 @@ impl Weeds {
 
     /// Weeds and ground are looked up in one go, since the same cells are touched.
     #[inline]
-    fn find(
+    fn find<const SIDES: usize>(
         &self,
-        footprint: &impl Footprint,
+        footprint: &impl Footprint<SIDES>,
         weed_cells: &CellSet,
         is_sought: impl Fn(usize) -> bool,
         ground: &SeenGround,
