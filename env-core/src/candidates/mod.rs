@@ -13,10 +13,9 @@ use approach::{Approach, Headings};
 use tiles::{Column, Tiles};
 
 use crate::config::ActionConfig;
-use crate::geometry::{Footprint, Frame, Point, Pose, Side, Sight, Triangle, XLimits};
+use crate::geometry::{Footprint, Frame, Point, Pose, Sight, Triangle};
 use crate::grid::Grid;
 use crate::known::KnownWeed;
-use crate::math::{floor_index, larger, smaller};
 use crate::mower::LOOK_SPACING_M;
 use crate::site::Site;
 use crate::view::View;
@@ -305,28 +304,13 @@ fn unseen_share(from: Frame, view: &View) -> f64 {
     let looks = [from];
     let sight = Sight::new(Triangle::new(site.sensor_range_m, site.sensor_width_m), &looks);
     let grid = ground.grid();
-    let (length_m, width_m) = grid.size_m();
-    let (bottom_m, top_m) = sight.y_range();
-    let cell_m2 = (length_m * width_m) / grid.cells() as f64;
-    let (_, first) = grid.cell_of(Point::new(0.0, bottom_m));
-    let (_, last) = grid.cell_of(Point::new(0.0, top_m));
-    let per_m = grid.columns() as f64 / length_m;
-    let XLimits { lower: [l0, l1], upper: [u0, u1] } = sight.limits();
+    let (side_x_m, side_y_m) = grid.cell_m();
     let mut unseen = 0_u32;
-    for row in first..=last {
-        let y_m = grid.centre(0, row).y;
-        if y_m < bottom_m || y_m > top_m {
-            continue;
-        }
-        let at_row = |side: Side| side.x_at_0_m + side.slope * y_m;
-        let low_m = larger(at_row(l0), at_row(l1));
-        let high_m = smaller(smaller(at_row(u0), at_row(u1)), length_m);
-        // The centre of column i lies at i + 1/2 cells.
-        let columns = floor_index(low_m * per_m + 0.5)..floor_index(high_m * per_m + 0.5);
-        ground.for_each_unseen(columns, row, |_, bits| unseen += bits.count_ones());
-    }
+    ground.unseen().for_each_touched(grid, &sight, |cell| {
+        unseen += u32::from(sight.contains(grid.centre(cell.column, cell.row)));
+    });
     let triangle_m2 = 0.5 * site.sensor_range_m * site.sensor_width_m;
-    (f64::from(unseen) * cell_m2 / triangle_m2).min(1.0)
+    (f64::from(unseen) * side_x_m * side_y_m / triangle_m2).min(1.0)
 }
 
 /// Puts an entry into a list that is sorted by its number and holds at most `most`; ties stay in the order of arrival.
