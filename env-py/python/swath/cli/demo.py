@@ -15,7 +15,8 @@ from swath.episode import run_episode
 from swath.errors import ConfigError
 from swath.evaluation import Results, evaluate
 from swath.evaluation.statistics import spread
-from swath.evaluation.table import interval, print_whole
+from swath.evaluation.statistics import interval
+from swath.evaluation.table import print_whole
 from swath.files import check_folder, write_whole
 from swath.pictures import check_matplotlib, picture
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from swath import _native
 
-__all__ = ["Spread", "spread"]
+__all__ = ["Spread", "interval", "spread"]
 
 CONFIDENCE = 0.95
 """Share of intervals, over repeated studies, that hold the true mean."""
@@ -48,3 +48,12 @@ def spread(values: Sequence[float]) -> Spread:
     sd = float(np.std(values, ddof=1))
     half = _native.student_t(0.5 + 0.5 * CONFIDENCE, n - 1) * sd / n**0.5
     return Spread(n=n, mean=mean, sd=sd, low=mean - half, high=mean + half)
+
+
+def interval(values: Spread, *, sign: str = "") -> str:
+    """Returns a mean with half its interval, two digits behind the point."""
+    # A difference that rounds to nothing has no sign.
+    mean = 0.0 if abs(values["mean"]) < 0.005 else values["mean"]
+    if values["high"] is None:
+        return f"{mean:{sign}.2f}"
+    return f"{mean:{sign}.2f} ± {values['high'] - values['mean']:.2f}"

@@ -9,7 +9,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from swath.evaluation.statistics import Spread, spread
+from swath.evaluation.statistics import interval, spread
 
 if TYPE_CHECKING:
     from swath.evaluation.results import Results
@@ -39,15 +39,6 @@ def text_of(results: Results) -> str:
         "path: in % of the boustrophedon path over the whole pasture; its difference in points, on the same instances\n"
         "mean ± half the 95 % interval of the mean, by Student's t\n"
     )
-
-
-def interval(values: Spread, *, sign: str = "") -> str:
-    """Returns a mean with half its interval, two digits behind the point."""
-    # A difference that rounds to nothing has no sign.
-    mean = 0.0 if abs(values["mean"]) < 0.005 else values["mean"]
-    if values["high"] is None:
-        return f"{mean:{sign}.2f}"
-    return f"{mean:{sign}.2f} ± {values['high'] - values['mean']:.2f}"
 
 
 def print_whole(table: Table) -> str:

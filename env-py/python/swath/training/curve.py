@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 from swath.errors import ConfigError
 from swath.evaluation.row import Row
-from swath.evaluation.statistics import Spread, spread
+from swath.evaluation.statistics import Spread, interval, spread
 from swath.files import write_whole
 
 if TYPE_CHECKING:
     from typing import TypeAlias
 
-__all__ = ["POLICY", "Curve"]
+__all__ = ["POLICY", "Curve", "line_of"]
 
 POLICY = "policy"
 """The learning agent's name."""
@@ -119,3 +119,14 @@ class Curve:
             raise ConfigError(text) from error
         curve._rows.update(found)
         return curve
+
+
+def line_of(curve: Curve, steps: int) -> str:
+    """Returns one line about an evaluation of the policy."""
+    first = curve.of(POLICY, steps)[0]
+    line = (
+        f"step {steps}: path {interval(curve.path_m(POLICY, steps))} m, "
+        f"{interval(curve.weeds_mowed(POLICY, steps))} of {first.weeds_total} weeds mowed"
+    )
+    versus = ", ".join(f"{interval(curve.longer_m(steps, agent), sign='+')} m to {agent}" for agent in curve.agents)
+    return f"{line}; {versus}" if versus else line

@@ -13,13 +13,12 @@ from swath.training.algorithms import check_parameters, new_model
 from swath.training.card import write_model
 from swath.training.checkpoint import Checkpoints
 from swath.training.config import RANDOM, Evaluation, TrainingConfig
-from swath.training.curve import POLICY, Curve
+from swath.training.curve import POLICY, Curve, line_of
 from swath.training.environments import make_training_venv, make_venv
 from swath.training.folder import Folder
 from swath.training.generators import unchanged
 from swath.training.play import evaluate_policy
 from swath.training.policy import Policy, RandomPlayer
-from swath.training.table import line_of
 from swath.training.times import Times
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""A training's evaluations for people."""
+"""The printed table of a training's evaluations."""
 
 from __future__ import annotations
 
@@ -7,24 +7,14 @@ from typing import TYPE_CHECKING
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from swath.evaluation.table import interval, print_whole
+from swath.evaluation.statistics import interval
+from swath.evaluation.table import print_whole
 from swath.training.curve import POLICY
 
 if TYPE_CHECKING:
     from swath.training.curve import Curve
 
-__all__ = ["line_of", "table_of"]
-
-
-def line_of(curve: Curve, steps: int) -> str:
-    """Returns one line about an evaluation of the policy."""
-    first = curve.of(POLICY, steps)[0]
-    line = (
-        f"step {steps}: path {interval(curve.path_m(POLICY, steps))} m, "
-        f"{interval(curve.weeds_mowed(POLICY, steps))} of {first.weeds_total} weeds mowed"
-    )
-    versus = ", ".join(f"{interval(curve.longer_m(steps, agent), sign='+')} m to {agent}" for agent in curve.agents)
-    return f"{line}; {versus}" if versus else line
+__all__ = ["table_of"]
 
 
 def table_of(curve: Curve) -> str:
