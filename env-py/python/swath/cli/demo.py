@@ -14,8 +14,7 @@ from swath.cli.stop import Stopped
 from swath.episode import run_episode
 from swath.errors import ConfigError
 from swath.evaluation import Results, evaluate
-from swath.evaluation.statistics import spread
-from swath.evaluation.statistics import interval
+from swath.evaluation.statistics import interval, spread
 from swath.evaluation.table import print_whole
 from swath.files import check_folder, write_whole
 from swath.pictures import check_matplotlib, picture
