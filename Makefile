@@ -200,8 +200,11 @@ counted: tools
 
 .PHONY: bench-count
 bench-count: ## counts the instructions of steps and episodes against benchmarks/counts.txt; RENEW=1 writes that anew
-	@if ! command -v valgrind >/dev/null || [ "$$(uname -sm)" != "Linux x86_64" ]; then \
-	  echo "bench-count: SKIPPED, since it needs valgrind on Linux x86_64 (Debian: apt-get install valgrind)"; \
+	@if [ "$$(uname -sm)" != "Linux x86_64" ]; then \
+	  echo "bench-count: SKIPPED, since it needs Linux x86_64"; \
+	elif ! command -v valgrind >/dev/null; then \
+	  echo "bench-count: SKIPPED, since it needs valgrind (Debian: apt-get install valgrind)"; \
+	  [ -z "$(CI)" ]; \
 	else \
 	  $(MAKE) --no-print-directory counted && python3 -m benchmarks.instructions $(COUNTED) $(if $(RENEW),--renew); \
 	fi
@@ -213,8 +216,7 @@ profile: counted ## where the instructions of one counted program go: PROGRAM=la
 .PHONY: valgrind
 valgrind: ## in CI: installs valgrind, which bench-count needs, from the system's packages
 	@command -v valgrind >/dev/null || [ -z "$(CI)" ] || ! command -v apt-get >/dev/null \
-	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends valgrind; } \
-	  || echo "valgrind could not be installed"
+	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends valgrind; }
 
 .PHONY: train-learned
 train-learned: build-release ## the trainings of agents/learned, their curves and contests; goes on where it was stopped

@@ -217,12 +217,12 @@ impl BatchEnv {
             return Err(BatchError::Size { expected: rows * width, got: actions.len() });
         }
         // Where numbers are wanted, that is all they can have wrong, and it is seen at once.
-        let are_fine = match actions {
-            Actions::Continuous(numbers) => {
-                matches!(self.decoder.spec(), ActionSpec::Continuous(_))
-                    && numbers.iter().all(|number| number.is_finite())
+        let (are_of_kind, are_fine) = match (self.decoder.spec(), actions) {
+            (ActionSpec::Continuous(_), Actions::Continuous(numbers)) => {
+                (true, numbers.iter().all(|number| number.is_finite()))
             }
-            Actions::Discrete(_) => false,
+            (ActionSpec::Discrete(_), Actions::Discrete(_)) => (true, false),
+            _ => (false, false),
         };
         for (row, state) in self.states.iter().enumerate() {
             let error = match state {
@@ -230,6 +230,8 @@ impl BatchEnv {
                 State::Ended if self.form.autoreset != Autoreset::NextStep => {
                     Err(ActionError::EpisodeOver)
                 }
+                // Its action is ignored, but it has to be of the right kind.
+                State::Ended if are_of_kind => Ok(()),
                 _ if are_fine => Ok(()),
                 _ => self.decoder.decode(actions.row(row, width)).map(|_| ()),
             };

@@ -134,17 +134,19 @@ impl Batch {
         let mask = mask.map_or_else(|| self.table.all.clone(), |mask| mask.as_array().to_vec());
         let seeds = self.seeds(seeds, &mask, first_seed)?;
         let weeds = self.weeds(weeds)?;
-        py.detach(|| {
-            for row in (0..mask.len()).filter(|&row| mask[row]) {
-                let given = weeds.get(row).or(weeds.first()).and_then(Option::as_deref);
-                self.core.reset_row(row, seeds[row], Beginning { weeds: given, start: None });
-                (self.returns[row], self.lengths[row]) = (0.0, 0);
-            }
-        });
-        let observation = self.write(py, |core, _, observation| {
-            py.detach(|| core.observe(observation));
+        let (observation, ()) = self.write(py, |core, _, observation| {
+            py.detach(|| {
+                for row in (0..mask.len()).filter(|&row| mask[row]) {
+                    let given = weeds.get(row).or(weeds.first()).and_then(Option::as_deref);
+                    core.reset_row(row, seeds[row], Beginning { weeds: given, start: None });
+                }
+                core.observe(observation);
+            });
             Ok(())
-        });
+        })?;
+        for row in (0..mask.len()).filter(|&row| mask[row]) {
+            (self.returns[row], self.lengths[row]) = (0.0, 0);
+        }
         self.table.clear();
         if self.core.mask_width() > 0 {
             self.core.action_masks(&mut self.table.action_mask);
@@ -155,7 +157,7 @@ impl Batch {
                 }
             }
         }
-        Ok((observation?.0, infos(py, self.table.columns(), &mask)?))
+        Ok((observation, infos(py, self.table.columns(), &mask)?))
     }
 
     /// One step of every row, as Gymnasium wants it.

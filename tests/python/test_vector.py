@@ -422,6 +422,32 @@ def test_a_vector_that_cannot_be_is_refused_by_name(keywords, message):
         gym.make_vec(ID, **{"num_envs": 1, **keywords})
 
 
+def test_the_action_of_a_row_that_only_begins_anew_is_ignored():
+    envs, single = make(4), make_sync(4, AutoresetMode.NEXT_STEP)
+    envs.reset(seed=2)
+    single.reset(seed=2)
+    ended = np.zeros(4, bool)
+    ignored = 0
+    for actions in tape(envs, 60):
+        actions[ended] = np.nan
+        ignored += ended.sum()
+        got, expected = envs.step(actions), single.step(actions)
+        assert_same(got, expected)
+        ended = got[2] | got[3]
+    assert ignored >= 4
+
+
+def test_a_reset_that_cannot_be_written_begins_nothing():
+    envs = make(2, copy=False)
+    observation, _ = envs.reset(seed=1)
+    before = envs.snapshot()
+    observation.flags.writeable = False
+    with pytest.raises(TypeError):
+        envs.reset(seed=5)
+    observation.flags.writeable = True
+    assert envs.snapshot() == before
+
+
 @pytest.mark.parametrize(
     ("kind", "actions", "message"),
     [

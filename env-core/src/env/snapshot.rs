@@ -13,7 +13,7 @@ use crate::grid::CellSet;
 use crate::mower::Mower;
 
 /// Raised with every change of the layout.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// Bytes that cannot be restored; the environment is as it was.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
