@@ -31,6 +31,13 @@ impl Belief {
         }
     }
 
+    /// Makes room for all weeds of an episode, so that no step has to.
+    pub(crate) fn reserve(&mut self, weeds: usize) {
+        self.known.reserve(weeds);
+        self.weed_of.reserve(weeds.saturating_sub(self.weed_of.len()));
+        self.number_of.resize(weeds, None);
+    }
+
     /// Forgets everything.
     pub fn clear(&mut self) {
         self.ground.clear();
@@ -45,6 +52,7 @@ impl Belief {
         self.known.clear();
         self.weed_of.clear();
         self.number_of.clear();
+        self.reserve(weeds.positions().len());
         for weed in weed_of {
             self.note(weed, weeds);
             if weeds.is_mowed()[weed as usize] {
@@ -58,15 +66,12 @@ impl Belief {
         let number = self.detected();
         self.known.add(KnownWeed { number, position: weeds.positions()[weed as usize] });
         self.weed_of.push(weed);
-        if self.number_of.len() <= weed as usize {
-            self.number_of.resize(weeds.positions().len(), None);
-        }
         self.number_of[weed as usize] = Some(number);
     }
 
     /// Removes a weed just mowed, if it was known.
     fn strike_out(&mut self, weed: u32) {
-        if let Some(number) = self.number_of.get(weed as usize).copied().flatten() {
+        if let Some(number) = self.number_of[weed as usize] {
             self.known.remove(number);
         }
     }

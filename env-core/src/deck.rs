@@ -3,7 +3,7 @@
 use crate::geometry::{BarSweep, Footprint};
 use crate::grid::Cell;
 use crate::ground::SeenGround;
-use crate::mower::{Piece, Stretch};
+use crate::mower::{MAX_PIECE_M, Piece, Stretch};
 use crate::weeds::Weeds;
 
 /// The implement: a bar across the heading whose middle is the mower's pose.
@@ -23,6 +23,13 @@ pub(crate) struct Ahead {
 }
 
 impl Ahead {
+    /// Makes room for so many weeds and cells.
+    pub(crate) fn reserve(&mut self, weeds: usize, cells: usize) {
+        self.clear();
+        self.weeds.reserve(weeds);
+        self.cells.reserve(cells);
+    }
+
     pub(crate) fn clear(&mut self) {
         self.weeds.clear();
         self.cells.clear();
@@ -48,6 +55,15 @@ impl Deck {
     #[must_use]
     pub fn new(width_m: f64) -> Self {
         Self { width_m, ahead: Ahead::default(), mowed: Vec::new(), seen: Vec::new() }
+    }
+
+    /// Makes room for all weeds of an episode and for the cells of a piece, so that no step has to.
+    pub(crate) fn reserve(&mut self, weeds: &Weeds) {
+        let count = weeds.positions().len();
+        let cells = weeds.grid().cells_around(0.5 * self.width_m + MAX_PIECE_M);
+        self.ahead.reserve(count, cells);
+        self.mowed.reserve(count.saturating_sub(self.mowed.len()));
+        self.seen.reserve(cells.saturating_sub(self.seen.len()));
     }
 
     /// Finds what the bar will meet on a piece, before its stretches are driven.

@@ -171,15 +171,23 @@ impl Env {
             ),
         });
         self.belief.clear();
+        self.reserve();
         self.encoder.reset();
         self.episode = Episode::started();
-        self.mower = Mower::at(start.unwrap_or_else(|| start_pose(scenario)));
+        self.mower = Mower::at(start.unwrap_or_else(|| start_pose(&self.scenario)));
         let Self { sensor, mower, weeds, belief, .. } = self;
         let percept = sensor.look_around(mower.frame(), weeds, belief.ground());
         self.belief.absorb_percept(&percept, &self.weeds);
         if let Some(candidates) = &mut self.candidates {
             candidates.reset();
         }
+    }
+
+    /// Makes room for whatever an episode may bring, so that its steps allocate nothing.
+    fn reserve(&mut self) {
+        self.belief.reserve(self.weeds.positions().len());
+        self.deck.reserve(&self.weeds);
+        self.sensor.reserve(&self.weeds);
     }
 
     /// One step of the Gymnasium environment: drives as `action` says, for at most one control period; with the action

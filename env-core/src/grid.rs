@@ -92,6 +92,15 @@ impl Grid {
         (self.columns as f64 * self.cell_x_m, self.rows as f64 * self.cell_y_m)
     }
 
+    /// At most how many cells a footprint may touch that lies within `reach_m` of some point.
+    #[must_use]
+    pub(crate) fn cells_around(&self, reach_m: f64) -> usize {
+        let across = |per_m: f64, cells: usize| {
+            floor_index(2.0 * (reach_m + SLACK_M) * per_m + 2.0).min(cells)
+        };
+        across(self.per_x_m, self.columns) * across(self.per_y_m, self.rows)
+    }
+
     /// A point in cells from the lower left corner.
     #[inline]
     #[must_use]
@@ -130,20 +139,20 @@ impl Grid {
         (tile, u32::try_from(row % TILE * TILE + column % TILE).expect("below 64"))
     }
 
-    /// The tiles that a footprint may reach, as ranges of tile columns and tile rows.
+    /// The cells that a footprint may reach, as the first and the last column and row.
     #[inline]
-    fn tiles_of<const SIDES: usize>(
+    fn cells_of<const SIDES: usize>(
         &self,
         footprint: &impl Footprint<SIDES>,
     ) -> (Range<usize>, Range<usize>) {
-        let tiles = |(low_m, high_m): (f64, f64), per_m: f64, count: usize| {
-            let first = floor_index((low_m - SLACK_M) * per_m * (1.0 / TILE as f64));
-            let end = floor_index((high_m + SLACK_M) * per_m * (1.0 / TILE as f64) + 1.0);
+        let cells = |(low_m, high_m): (f64, f64), per_m: f64, count: usize| {
+            let first = floor_index((low_m - SLACK_M) * per_m);
+            let end = floor_index((high_m + SLACK_M) * per_m + 1.0);
             first..end.min(count)
         };
         (
-            tiles(footprint.x_range(), self.per_x_m, self.tile_columns),
-            tiles(footprint.y_range(), self.per_y_m, self.tile_rows),
+            cells(footprint.x_range(), self.per_x_m, self.columns),
+            cells(footprint.y_range(), self.per_y_m, self.rows),
         )
     }
 
@@ -156,16 +165,22 @@ impl Grid {
         sets: [&CellSet; N],
         mut visit: impl FnMut(Tile, [u64; N]),
     ) {
-        let (columns, rows) = self.tiles_of(footprint);
-        let edges = footprint.sides().map(|side| Edge::new(self, &side));
-        for row in rows {
+        let (columns, rows) = self.cells_of(footprint);
+        // Often the box around the footprint holds no cell of any set.
+        let mut edges = None;
+        let (tile_columns, tile_rows) = (tiles_of(&columns), tiles_of(&rows));
+        for row in tile_rows {
             let first = row * self.tile_columns;
-            for column in columns.clone() {
+            let in_rows = rows_within(&rows, row);
+            for column in tile_columns.clone() {
                 let words = sets.map(|set| set.words[first + column]);
-                if words.iter().fold(0, |all, &word| all | word) == 0 {
+                let in_box = in_rows & columns_within(&columns, column);
+                if words.iter().fold(0, |all, &word| all | word) & in_box == 0 {
                     continue;
                 }
-                let mask = cells_within(&edges, column, row);
+                let edges = edges
+                    .get_or_insert_with(|| footprint.sides().map(|side| Edge::new(self, &side)));
+                let mask = in_box & cells_within(edges, column, row);
                 let bits = words.map(|word| word & mask);
                 if bits.iter().fold(0, |all, &bits| all | bits) != 0 {
                     visit(Tile { index: first + column, column, row }, bits);
@@ -173,6 +188,33 @@ impl Grid {
             }
         }
     }
+}
+
+/// The tiles that hold a range of columns or rows.
+#[inline]
+fn tiles_of(cells: &Range<usize>) -> Range<usize> {
+    cells.start / TILE..cells.end.div_ceil(TILE)
+}
+
+/// The part of a range that lies in a tile which holds some of it: the first cell and the end, counted from the tile's first cell.
+#[inline]
+fn part_within(cells: &Range<usize>, tile: usize) -> (usize, usize) {
+    let first = tile * TILE;
+    (cells.start.max(first) - first, cells.end.min(first + TILE) - first)
+}
+
+/// The cells of a tile that lie in a range of columns which reaches it.
+#[inline]
+fn columns_within(columns: &Range<usize>, tile: usize) -> u64 {
+    let (first, end) = part_within(columns, tile);
+    ((0xff << first) & (0xff >> (TILE - end))) * EVERY_ROW
+}
+
+/// The cells of a tile that lie in a range of rows which reaches it.
+#[inline]
+fn rows_within(rows: &Range<usize>, tile: usize) -> u64 {
+    let (first, end) = part_within(rows, tile);
+    (u64::MAX << (TILE * first)) & (u64::MAX >> (TILE * (TILE - end)))
 }
 
 /// The unit of whole numbers in which cells are compared with an edge: so many for a step of a cell along x and y together.
@@ -409,20 +451,12 @@ impl CellSet {
         rows: Range<usize>,
         mut visit: impl FnMut(Cell),
     ) {
-        // The part of a range that lies in a tile, counted from the tile's first cell.
-        let within = |range: &Range<usize>, tile: usize| {
-            let first = tile * TILE;
-            (range.start.max(first) - first, range.end.min(first + TILE) - first)
-        };
-        for tile_row in rows.start / TILE..rows.end.div_ceil(TILE) {
-            let (first, end) = within(&rows, tile_row);
-            let of_rows = (u64::MAX << (TILE * first)) & (u64::MAX >> (TILE * (TILE - end)));
-            for tile_column in columns.start / TILE..columns.end.div_ceil(TILE) {
-                let (first, end) = within(&columns, tile_column);
-                let of_columns = ((0xff << first) & (0xff >> (TILE - end))) * EVERY_ROW;
-                let index = tile_row * grid.tile_columns + tile_column;
-                let tile = Tile { index, column: tile_column, row: tile_row };
-                tile.for_each(self.words[index] & of_rows & of_columns, &mut visit);
+        for row in tiles_of(&rows) {
+            let in_rows = rows_within(&rows, row);
+            for column in tiles_of(&columns) {
+                let index = row * grid.tile_columns + column;
+                let bits = self.words[index] & in_rows & columns_within(&columns, column);
+                Tile { index, column, row }.for_each(bits, &mut visit);
             }
         }
     }

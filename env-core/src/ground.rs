@@ -105,10 +105,13 @@ impl SeenGround {
         let (columns, rows) = (self.grid.columns(), self.grid.rows());
         let (cells_x, cells_y) = (columns as f64, rows as f64);
         let is_inside = at.0 >= 0.0 && at.0 <= cells_x && at.1 >= 0.0 && at.1 <= cells_y;
+        // All rays from within begin in one tile.
+        let (tile_columns, tile_rows) = self.grid.tiles();
+        let own_tile = (tile_of(at.0, tile_columns), tile_of(at.1, tile_rows));
         for (cos, sin) in directions {
             let (along_x, along_y) = self.grid.in_cells(cos, sin);
             let (x, y) = (Line::new(at.0, along_x), Line::new(at.1, along_y));
-            let mut enter_m = 0.0;
+            let (mut enter_m, mut tile) = (0.0, own_tile);
             if !is_inside {
                 enter_m = larger(x.entry_m(cells_x), y.entry_m(cells_y));
                 let is_hit =
@@ -117,24 +120,32 @@ impl SeenGround {
                     visit(cap_m);
                     continue;
                 }
+                tile = (tile_of(x.at(enter_m), tile_columns), tile_of(y.at(enter_m), tile_rows));
             }
-            visit(smaller(self.walk(&x, &y, enter_m, cap_m), cap_m));
+            visit(smaller(self.walk(&x, &y, tile, enter_m, cap_m), cap_m));
         }
     }
 
-    /// Follows a ray; returns after how many metres it meets an unseen cell, or anything from `cap_m` on if it does not.
+    /// Follows a ray that enters a tile after `at_m` metres; returns after how many it meets an unseen cell, or anything from `cap_m` on if it does not.
     #[inline]
-    fn walk(&self, x: &Line, y: &Line, enter_m: f64, cap_m: f64) -> f64 {
+    fn walk(
+        &self,
+        x: &Line,
+        y: &Line,
+        (mut tile_x, mut tile_y): (usize, usize),
+        mut at_m: f64,
+        cap_m: f64,
+    ) -> f64 {
         let words = self.unseen.words();
-        let (columns, rows) = self.grid.tiles();
-        let mut at_m = enter_m;
-        let (mut tile_x, mut tile_y) = (x.tile(at_m, columns), y.tile(at_m, rows));
+        let (columns, _) = self.grid.tiles();
+        let mut index = tile_y * columns + tile_x;
+        let row_step = y.step.wrapping_mul(columns);
         let (mut leaves_x_m, mut leaves_y_m) =
             (x.leaves_m(tile_x, TILE as f64), y.leaves_m(tile_y, TILE as f64));
         let (tile_x_m, tile_y_m) = (TILE as f64 * x.cell_m, TILE as f64 * y.cell_m);
         // Tiles beyond either end have numbers that are too large.
-        while at_m < cap_m && tile_x < columns && tile_y < rows {
-            let word = words[tile_y * columns + tile_x];
+        while at_m < cap_m && tile_x < columns {
+            let Some(&word) = words.get(index) else { break };
             if word != 0
                 && let Some(hit_m) = first_hit(word, x, y, (tile_x, tile_y), at_m)
             {
@@ -144,14 +155,22 @@ impl SeenGround {
                 at_m = leaves_x_m;
                 leaves_x_m += tile_x_m;
                 tile_x = tile_x.wrapping_add(x.step);
+                index = index.wrapping_add(x.step);
             } else {
                 at_m = leaves_y_m;
                 leaves_y_m += tile_y_m;
                 tile_y = tile_y.wrapping_add(y.step);
+                index = index.wrapping_add(row_step);
             }
         }
         f64::INFINITY
     }
+}
+
+/// In which of `tiles` tiles something is that is so many cells from the pasture's border.
+#[inline]
+fn tile_of(at: f64, tiles: usize) -> usize {
+    floor_index(at * (1.0 / TILE as f64)).min(tiles - 1)
 }
 
 /// Follows a ray through a tile that it enters after `at_m` metres; returns after how many it meets a cell of `word`.
@@ -222,19 +241,19 @@ impl Line {
 
     /// Whether the ray is in the strip after `at_m` metres.
     fn is_on(&self, at_m: f64, cells: f64) -> bool {
-        (-1e-9..=cells + 1e-9).contains(&(self.at + at_m * self.along))
+        (-1e-9..=cells + 1e-9).contains(&self.at(at_m))
     }
 
-    /// In which of `tiles` tiles the ray is after `at_m` metres.
+    /// Where the ray is after `at_m` metres.
     #[inline]
-    fn tile(&self, at_m: f64, tiles: usize) -> usize {
-        floor_index((self.at + at_m * self.along) * (1.0 / TILE as f64)).min(tiles - 1)
+    fn at(&self, at_m: f64) -> f64 {
+        self.at + at_m * self.along
     }
 
     /// In which of the cells of a tile that begins with cell `first` the ray is after `at_m` metres.
     #[inline]
     fn part(&self, at_m: f64, first: usize) -> usize {
-        floor_index(self.at + at_m * self.along - first as f64).min(TILE - 1)
+        floor_index(self.at(at_m) - first as f64).min(TILE - 1)
     }
 
     /// Way at which the ray leaves the part of that number, all of which have `size` cells, metres.

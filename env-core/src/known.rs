@@ -1,6 +1,6 @@
 //! The weeds that a mower has still to mow, as far as it knows.
 
-use std::ops::Deref;
+use std::ops::{Deref, Range};
 
 use crate::geometry::Point;
 use crate::grid::{Cell, CellSet, Grid};
@@ -63,6 +63,12 @@ impl KnownWeeds {
         self.list.clear();
         self.chain.clear();
         self.removals = 0;
+    }
+
+    /// Makes room for so many detections.
+    pub(crate) fn reserve(&mut self, weeds: usize) {
+        self.list.reserve(weeds.saturating_sub(self.list.len()));
+        self.chain.reserve(weeds.saturating_sub(self.chain.len()));
     }
 
     /// Adds a weed that was detected after all others.
@@ -147,7 +153,11 @@ impl KnownWeeds {
                 self.list.iter().for_each(|&weed| found.offer(from, weed));
                 break;
             }
-            self.for_each_bucket(column, row, reach, |bucket| {
+            let around =
+                |at: usize, cells: usize| at.saturating_sub(reach)..(at + reach + 1).min(cells);
+            let columns = around(column, self.grid.columns());
+            let rows = around(row, self.grid.rows());
+            self.for_each_bucket(columns, rows, |bucket| {
                 if bucket.nearest_m2(from) <= found.limit_m2 {
                     self.for_each_in(bucket.cell, |weed| found.offer(from, weed));
                 }
@@ -165,6 +175,28 @@ impl KnownWeeds {
             found.count = 0;
         }
         found.count
+    }
+
+    /// Takes those weeds into a list that are nearer to `from` than some of it, instead of these.
+    ///
+    /// The list is one of known weeds with their squared distances from `from`, nearest first, ties by order of detection.
+    pub(crate) fn improve(&self, from: Point, nearest: &mut [(f64, KnownWeed)]) {
+        let Some(&(limit_m2, _)) = nearest.last() else { return };
+        let mut found = Nearest { count: nearest.len(), places: nearest, limit_m2 };
+        let reach_m = limit_m2.sqrt() * (1.0 + 1e-12);
+        let (low, high) = (from.map(|at_m| at_m - reach_m), from.map(|at_m| at_m + reach_m));
+        let (first, last) = (self.grid.cell_of(low), self.grid.cell_of(high));
+        let (columns, rows) = (first.0..last.0 + 1, first.1..last.1 + 1);
+        // Where weeds are few and far between, looking at each of them is quicker than at empty buckets.
+        if self.list.len() <= columns.len() * rows.len() {
+            self.list.iter().for_each(|&weed| found.offer(from, weed));
+            return;
+        }
+        self.for_each_bucket(columns, rows, |bucket| {
+            if bucket.nearest_m2(from) <= found.limit_m2 {
+                self.for_each_in(bucket.cell, |weed| found.offer(from, weed));
+            }
+        });
     }
 
     fn smallest_side_m(&self) -> f64 {
@@ -186,18 +218,14 @@ impl KnownWeeds {
         x_m.min(side(from.y, side_y_m, row, self.grid.rows()))
     }
 
-    /// Calls `visit` with the buckets that hold weeds, at most `reach` columns and rows from the one given.
+    /// Calls `visit` with the buckets that hold weeds in these columns and rows.
     #[inline]
     fn for_each_bucket(
         &self,
-        column: usize,
-        row: usize,
-        reach: usize,
+        columns: Range<usize>,
+        rows: Range<usize>,
         mut visit: impl FnMut(Bucket),
     ) {
-        let end = |at: usize, cells: usize| (at + reach + 1).min(cells);
-        let columns = column.saturating_sub(reach)..end(column, self.grid.columns());
-        let rows = row.saturating_sub(reach)..end(row, self.grid.rows());
         let (half_x_m, half_y_m) = (0.5 * self.grid.cell_m().0, 0.5 * self.grid.cell_m().1);
         self.occupied.for_each_in(&self.grid, columns, rows, |cell| {
             let middle = self.grid.centre(cell.column, cell.row);
@@ -241,6 +269,12 @@ fn bucket(cell: Cell) -> usize {
     cell.tile * 64 + cell.bit as usize
 }
 
+/// Whether a weed at a squared distance is listed before another: the nearer one, and of two as near that detected first.
+#[inline]
+pub(crate) fn is_before(weed: &(f64, KnownWeed), other: &(f64, KnownWeed)) -> bool {
+    weed.0 < other.0 || (weed.0 <= other.0 && weed.1.number < other.1.number)
+}
+
 /// The nearest weeds so far, nearest first.
 struct Nearest<'a> {
     places: &'a mut [(f64, KnownWeed)],
@@ -260,20 +294,20 @@ impl Nearest<'_> {
         if distance_m2 > self.limit_m2 {
             return;
         }
-        let is_before =
-            |other: &(f64, KnownWeed)| (distance_m2, weed.number) < (other.0, other.1.number);
+        let offered = (distance_m2, weed);
         let mut place = self.count;
-        while place > 0 && is_before(&self.places[place - 1]) {
+        while place > 0 && is_before(&offered, &self.places[place - 1]) {
             place -= 1;
         }
-        if place == self.places.len() {
+        let is_listed = place > 0 && self.places[place - 1].1.number == weed.number;
+        if is_listed || place == self.places.len() {
             return;
         }
         self.count = (self.count + 1).min(self.places.len());
         for later in (place + 1..self.count).rev() {
             self.places[later] = self.places[later - 1];
         }
-        self.places[place] = (distance_m2, weed);
+        self.places[place] = offered;
         if self.is_full() {
             self.limit_m2 = self.places[self.count - 1].0;
         }

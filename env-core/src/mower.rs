@@ -12,6 +12,8 @@ const LOOK_SLACK_M: f64 = 1e-9;
 const MAX_TURN_RAD: f64 = 1.0;
 /// Most stretches of one piece.
 const MAX_STRETCHES: usize = 5;
+/// A piece is not longer than this, metres.
+pub(crate) const MAX_PIECE_M: f64 = MAX_STRETCHES as f64 * (LOOK_SPACING_M + LOOK_SLACK_M);
 
 /// Where the mower is and how far it has come.
 #[derive(Debug, Clone, Copy, PartialEq)]

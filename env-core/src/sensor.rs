@@ -4,7 +4,7 @@ use crate::deck::Ahead;
 use crate::geometry::{Frame, Sight, Triangle};
 use crate::grid::Cell;
 use crate::ground::SeenGround;
-use crate::mower::Piece;
+use crate::mower::{MAX_PIECE_M, Piece};
 use crate::weeds::Weeds;
 
 /// A camera that sees a triangle in front of the mower, without error and at once.
@@ -35,6 +35,15 @@ impl Sensor {
             detected: Vec::new(),
             seen: Vec::new(),
         }
+    }
+
+    /// Makes room for all weeds of an episode and for the cells in sight on a piece, so that no step has to.
+    pub(crate) fn reserve(&mut self, weeds: &Weeds) {
+        let count = weeds.positions().len();
+        let cells = weeds.grid().cells_around(self.triangle.reach_m() + MAX_PIECE_M);
+        self.ahead.reserve(count, cells);
+        self.detected.reserve(count.saturating_sub(self.detected.len()));
+        self.seen.reserve(cells.saturating_sub(self.seen.len()));
     }
 
     /// Finds what will come in sight on a piece, before its stretches are driven.

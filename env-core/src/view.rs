@@ -1,7 +1,7 @@
 //! The fairness line: all that an agent may know.
 
 use crate::belief::Belief;
-use crate::geometry::Pose;
+use crate::geometry::{Frame, Pose};
 use crate::ground::SeenGround;
 use crate::known::KnownWeeds;
 use crate::mower::Mower;
@@ -17,6 +17,8 @@ pub struct View<'a> {
     pub site: &'a Site,
     /// Where the mower stands.
     pub pose: Pose,
+    /// Cosine and sine of its heading.
+    pub direction: (f64, f64),
     /// Way driven since reset, metres.
     pub path_m: f64,
     /// Weeds detected and not yet mowed, in the order of detection.
@@ -31,9 +33,11 @@ impl<'a> View<'a> {
     /// The view of a mower with this belief.
     #[must_use]
     pub fn new(site: &'a Site, mower: &Mower, belief: &'a Belief) -> Self {
+        let Frame { pose, cos, sin } = mower.frame();
         Self {
             site,
-            pose: mower.pose(),
+            pose,
+            direction: (cos, sin),
             path_m: mower.path_m(),
             known_weeds: belief.known(),
             weeds_detected: belief.detected(),

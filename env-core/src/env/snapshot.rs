@@ -124,6 +124,7 @@ impl Env {
         self.weeds.restore(positions, &state.weed_of, state.is_mowed);
         self.mower = Mower::restore(state.pose, state.path_m, state.looks);
         self.belief.restore(unseen, state.weed_of, &self.weeds);
+        self.reserve();
         self.encoder.reset();
         self.episode = state.episode;
         if let Some(candidates) = &mut self.candidates {

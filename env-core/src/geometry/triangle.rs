@@ -25,6 +25,12 @@ impl Triangle {
         self.half_width_per_m
     }
 
+    /// How far the corners of the far side are from the apex, metres.
+    #[must_use]
+    pub fn reach_m(&self) -> f64 {
+        self.range_m * (1.0 + self.half_width_per_m * self.half_width_per_m).sqrt()
+    }
+
     /// Whether a point of the world lies in the triangle in front of a pose.
     #[must_use]
     #[inline]

@@ -85,7 +85,7 @@ impl FeatureEncoder {
         let scaled = |value_m: f64, size_m: f64| {
             2.0 * (value_m + self.reach_m) / (size_m + 2.0 * self.reach_m) - 1.0
         };
-        let (sin, cos) = math::sin_cos(pose.heading_rad);
+        let (cos, sin) = view.direction;
         let budget_left =
             if self.budget_m.is_finite() { 1.0 - view.path_m / self.budget_m } else { 1.0 };
         let known = view.known_weeds.len() as f64;

@@ -1,7 +1,7 @@
 //! The nearest known weeds, remembered from one observation to the next.
 
 use crate::geometry::Point;
-use crate::known::{KnownWeed, KnownWeeds};
+use crate::known::{KnownWeed, KnownWeeds, is_before};
 
 /// How many weeds are remembered for each one that is listed.
 const REMEMBERED: usize = 2;
@@ -109,11 +109,12 @@ impl NearestWeeds {
         }
         // Their order has hardly changed since the last time.
         for end in 1..weeds.len() {
+            if !is_before(&weeds[end], &weeds[end - 1]) {
+                continue;
+            }
             let weed = weeds[end];
             let mut place = end;
-            while place > 0
-                && (weed.0, weed.1.number) < (weeds[place - 1].0, weeds[place - 1].1.number)
-            {
+            while place > 0 && is_before(&weed, &weeds[place - 1]) {
                 weeds[place] = weeds[place - 1];
                 place -= 1;
             }
@@ -127,18 +128,17 @@ impl NearestWeeds {
         let is_bounded = self.count >= self.listed;
         let within_m =
             if is_bounded { self.weeds[self.listed - 1].0.sqrt() } else { f64::INFINITY };
-        let remembers = within_m * GAIN > WORTH_REMEMBERING_M;
-        let (wanted, factor) =
-            if remembers { (self.weeds.len(), REACH) } else { (self.listed, 1.0 + 1e-12) };
         self.anchor = from;
-        self.count = known.nearest(from, factor * within_m, &mut self.weeds[..wanted]);
-        let is_all = self.count < wanted && factor * within_m == f64::INFINITY;
-        self.others_m = if is_all {
-            f64::INFINITY
-        } else if self.count < wanted {
-            factor * within_m
+        if within_m * GAIN <= WORTH_REMEMBERING_M {
+            self.count = self.listed;
+            known.improve(from, &mut self.weeds[..self.listed]);
         } else {
-            self.weeds[self.count - 1].0.sqrt()
-        };
+            self.count = known.nearest(from, REACH * within_m, &mut self.weeds);
+            if self.count < self.weeds.len() {
+                self.others_m = REACH * within_m;
+                return;
+            }
+        }
+        self.others_m = self.weeds[self.count - 1].0.sqrt();
     }
 }

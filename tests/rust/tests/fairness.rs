@@ -26,7 +26,7 @@ struct Sight {
 }
 
 fn sight(view: &View) -> Sight {
-    let View { site, pose, path_m, known_weeds, weeds_detected, ground } = *view;
+    let View { site, pose, direction, path_m, known_weeds, weeds_detected, ground } = *view;
     let Site {
         length_m,
         width_m,
@@ -55,7 +55,7 @@ fn sight(view: &View) -> Sight {
             control_distance_m,
             bcp_length_m,
         ]),
-        mower: bits(&[x_m, y_m, heading_rad, path_m]),
+        mower: bits(&[x_m, y_m, heading_rad, direction.0, direction.1, path_m]),
         known_weeds: known_weeds
             .iter()
             .map(|weed| (weed.number, weed.position.x.to_bits(), weed.position.y.to_bits()))
