@@ -178,9 +178,8 @@ impl Grid {
                 if words.iter().fold(0, |all, &word| all | word) & in_box == 0 {
                     continue;
                 }
-                let edges = edges.get_or_insert_with(|| {
-                    footprint.sides().map(|side| Edge::new(self, &side))
-                });
+                let edges = edges
+                    .get_or_insert_with(|| footprint.sides().map(|side| Edge::new(self, &side)));
                 let mask = in_box & cells_within(edges, column, row);
                 let bits = words.map(|word| word & mask);
                 if bits.iter().fold(0, |all, &bits| all | bits) != 0 {

@@ -153,9 +153,8 @@ impl KnownWeeds {
                 self.list.iter().for_each(|&weed| found.offer(from, weed));
                 break;
             }
-            let around = |at: usize, cells: usize| {
-                at.saturating_sub(reach)..(at + reach + 1).min(cells)
-            };
+            let around =
+                |at: usize, cells: usize| at.saturating_sub(reach)..(at + reach + 1).min(cells);
             let columns = around(column, self.grid.columns());
             let rows = around(row, self.grid.rows());
             self.for_each_bucket(columns, rows, |bucket| {
@@ -273,7 +272,7 @@ fn bucket(cell: Cell) -> usize {
 /// Whether a weed at a squared distance is listed before another: the nearer one, and of two as near that detected first.
 #[inline]
 pub(crate) fn is_before(weed: &(f64, KnownWeed), other: &(f64, KnownWeed)) -> bool {
-    weed.0 < other.0 || (weed.0 == other.0 && weed.1.number < other.1.number)
+    weed.0 < other.0 || (weed.0 <= other.0 && weed.1.number < other.1.number)
 }
 
 /// The nearest weeds so far, nearest first.
