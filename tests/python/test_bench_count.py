@@ -50,10 +50,16 @@ def test_a_program_that_is_new_or_gone_is_refused():
     assert problems == ["new is not in the table", "gone is in the table, but there is no such program"]
 
 
-@pytest.mark.parametrize(("dearest", "is_refused"), [(1150, False), (1151, True)])
-def test_steps_over_known_ground_may_differ_by_fifteen_percent(dearest, is_refused):
+@pytest.mark.parametrize(("dearest", "is_refused"), [(1500, False), (1501, True)])
+def test_steps_over_known_ground_may_not_drift_further_apart(dearest, is_refused):
     _, problems = table.flatness(counted(known_a=1000, known_b=dearest, lap_c=9000))
     assert bool(problems) == is_refused
+
+
+@pytest.mark.parametrize(("dearest", "verdict"), [(1150, "met"), (1151, "MISSED")])
+def test_whether_steps_over_known_ground_differ_by_fifteen_percent_is_said(dearest, verdict):
+    text, _ = table.flatness(counted(known_a=1000, known_b=dearest))
+    assert f"target 1.15: {verdict}" in text
 
 
 def test_the_table_reads_back_as_it_was_written(tmp_path):

@@ -14,6 +14,8 @@ pub use features::FeatureEncoder;
 pub use maps::MapsEncoder;
 pub use spec::{Bound, Dtype, Observation, ObservationMut, ObservationSpec, Part, Sizes};
 
+use std::sync::Arc;
+
 use crate::candidates::Candidates;
 use crate::config::{ObservationKind, ValidScenario};
 use crate::view::View;
@@ -21,7 +23,8 @@ use crate::view::View;
 /// Writes observations of one kind.
 #[derive(Debug, Clone)]
 pub struct Encoder {
-    spec: ObservationSpec,
+    /// Shared by the clones of an environment.
+    spec: Arc<ObservationSpec>,
     features: Option<FeatureEncoder>,
     candidates: Option<CandidateEncoder>,
     maps: Option<MapsEncoder>,
@@ -49,7 +52,7 @@ impl Encoder {
             .chain(mask)
             .chain(maps.iter().map(MapsEncoder::part))
             .collect();
-        Self { spec: ObservationSpec::new(parts), features, candidates, maps, has_mask }
+        Self { spec: Arc::new(ObservationSpec::new(parts)), features, candidates, maps, has_mask }
     }
 
     /// The parts of an observation.
