@@ -113,7 +113,8 @@ def test_chance_drives_until_the_episode_ends(root, monkeypatch):
     assert all(episode.truncations[-1] and len(set(episode.actions)) > 1 for episode in dataset)
 
 
-def test_a_trained_policy_is_recorded_as_it_plays(root, tmp_path, monkeypatch):
+@pytest.mark.parametrize("kind", ["steer", "discrete", "target"])
+def test_a_trained_policy_is_recorded_as_it_plays(kind, root, tmp_path, monkeypatch):
     pytest.importorskip("stable_baselines3")
     from swath import training
 
@@ -122,15 +123,15 @@ def test_a_trained_policy_is_recorded_as_it_plays(root, tmp_path, monkeypatch):
             "algorithm": "ppo",
             "total_steps": 64,
             "num_envs": 2,
-            "scenario": {"base": "cowbot-field", "episode": {"budget": 0.02}},
+            "scenario": {"base": "cowbot-field", "episode": {"budget": 0.02}, "action": {"kind": kind}},
             "hyperparameters": {"n_steps": 32, "batch_size": 32},
         }
     )
     training.train(config, out=tmp_path / "out")
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(root))
-    record(str(tmp_path / "out" / "model.zip"), episodes=2, scenario=config.scenario, dataset_id="policy-v0")
+    record(str(tmp_path / "out" / "model.zip"), episodes=2, scenario=config.scenario, dataset_id=f"policy-{kind}-v0")
     policy = training.load_policy(tmp_path / "out")
-    for episode in minari.load_dataset("policy-v0"):
+    for episode in minari.load_dataset(f"policy-{kind}-v0"):
         assert np.allclose(policy.predict(episode.observations[:-1]), episode.actions, atol=1e-6)
 
 

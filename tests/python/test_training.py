@@ -49,7 +49,14 @@ MASKABLE = PPO | {
     "normalize": {"norm_obs": False},
     "evaluation": {"every": 96, "instances": 2, "agents": ["random", "snake"]},
 }
-SMALL = {"ppo": PPO, "sac": SAC, "maskable-ppo": MASKABLE}
+UNMASKED = MASKABLE | {"algorithm": "ppo", "policy": {}, "scenario": SCENARIO | {"action": {"kind": "target"}}}
+SMALL = {
+    "ppo": PPO,
+    "ppo on discrete": PPO | {"scenario": SCENARIO | {"action": {"kind": "discrete"}}},
+    "ppo on target": UNMASKED,
+    "sac": SAC,
+    "maskable-ppo": MASKABLE,
+}
 
 
 def check(**changes):
@@ -117,6 +124,48 @@ def test_what_cannot_be_used_is_refused_in_one_line_and_nothing_is_written(chang
     assert not (tmp_path / "out").exists()
 
 
+DICT = {"base": "cowbot-field", "observation": {"kind": "dict"}, "action": {"kind": "target"}}
+REFUSED_TOGETHER = [
+    ({"policy": {"class": "CnnPolicy"}}, "`policy` and `hyperparameters` must suit ppo: "),
+    ({"hyperparameters": {"n_steps": 32, "batch_size": 1}}, "`policy` and `hyperparameters` must suit ppo: "),
+    (
+        {"policy": {"class": "MultiInputPolicy"}},
+        "`policy.class` must be `MlpPolicy` or `CnnPolicy` for the observation kind `features`, got `MultiInputPolicy`",
+    ),
+    (
+        {"scenario": DICT, "policy": {"class": "MlpPolicy"}, "normalize": {"norm_obs": False}},
+        "`policy.class` must be `MultiInputPolicy` for the observation kind `dict`, got `MlpPolicy`",
+    ),
+    (
+        {"scenario": DICT, "policy": {"class": "CnnPolicy"}, "normalize": {"norm_obs": False}},
+        "`policy.class` must be `MultiInputPolicy` for the observation kind `dict`, got `CnnPolicy`",
+    ),
+    (
+        {"scenario": DICT, "normalize": {"norm_obs": True}},
+        "`normalize` must suit the observation kind `dict`: `norm_obs` = false, or `norm_obs_keys` among ",
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), REFUSED_TOGETHER)
+def test_what_does_not_fit_together_is_refused_in_one_line_and_the_corrected_training_may_begin(
+    changes, message, tmp_path
+):
+    with pytest.raises(ConfigError) as error:
+        training.train(check(**changes), out=tmp_path / "out")
+    assert "\n" not in str(error.value)
+    assert str(error.value).startswith(message)
+    assert not (tmp_path / "out").exists()
+    training.train(check(total_steps=64, evaluation={"every": 64, "instances": 1, "agents": []}), out=tmp_path / "out")
+
+
+def test_a_dictionary_of_observations_needs_no_policy_by_name(tmp_path):
+    changes = {"scenario": DICT | {"episode": {"budget": 0.05}}, "policy": {}, "normalize": {"norm_obs": False}}
+    evaluation = {"every": 64, "instances": 1, "agents": []}
+    curve = training.train(check(**changes, total_steps=64, evaluation=evaluation), out=tmp_path / "out")
+    assert curve.steps == [0, 128]
+
+
 def test_a_misspelt_name_is_answered_with_the_shipped_trainings(capsys, tmp_path):
     assert main(["train", "ppo-feature", "--out", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err == (
@@ -137,9 +186,9 @@ def test_a_missing_package_is_answered_with_the_extra_that_brings_it(package, mo
 # The training itself
 
 
-@pytest.mark.parametrize("algorithm", SMALL)
-def test_a_killed_training_goes_on_from_its_last_checkpoint_and_ends_as_if_it_had_not_been_killed(algorithm, tmp_path):
-    config = TrainingConfig.check(SMALL[algorithm])
+@pytest.mark.parametrize("small", SMALL)
+def test_a_killed_training_goes_on_from_its_last_checkpoint_and_ends_as_if_it_had_not_been_killed(small, tmp_path):
+    config = TrainingConfig.check(SMALL[small])
     training.train(config, out=tmp_path / "whole")
 
     def kill_at_the_third_evaluation(line):
@@ -161,6 +210,35 @@ def test_a_killed_training_goes_on_from_its_last_checkpoint_and_ends_as_if_it_ha
     assert all(np.array_equal(*pair) for pair in zip(weights(whole.model), weights(killed.model), strict=True))
     files = [(tmp_path / name / "evaluations.csv").read_bytes() for name in ("whole", "killed")]
     assert files[0] == files[1]
+
+
+def test_the_time_up_to_the_last_checkpoint_is_counted_and_no_other(tmp_path):
+    times = training.run.Times(tmp_path / "times.csv", 0, 0.0)
+    times.write(0)
+    times.write(300)
+    # A checkpoint at step 200 was written after an hour, later than any evaluation that is kept.
+    later = training.run.Times(tmp_path / "times.csv", 200, 3600.0)
+    later.write(400)
+    rows = (tmp_path / "times.csv").read_text().splitlines()
+    assert [row.split(",")[0] for row in rows] == ["steps", "0", "400"]
+    assert 3600.0 <= float(rows[-1].split(",")[1]) < 4000.0
+
+
+@pytest.mark.parametrize("package", ["swath", "swath-build", "torch", "stable-baselines3"])
+def test_a_training_goes_on_with_the_versions_that_began_it_and_no_others(package, monkeypatch, tmp_path):
+    def kill(line):
+        if not line.startswith("step 0:"):
+            raise Killed
+
+    with pytest.raises(Killed):
+        training.train(check(checkpoint_every=128), out=tmp_path / "out", say=kill)
+    versions = training.checkpoint.versions()
+    monkeypatch.setattr(training.checkpoint, "versions", lambda: versions | {package: "9.9"})
+    before = sorted(tmp_path.rglob("*"))
+    message = rf"^`out` must go on with {package} {re.escape(versions[package])}, which wrote .*, got {package} 9\.9$"
+    with pytest.raises(ConfigError, match=message):
+        training.train(check(checkpoint_every=128), out=tmp_path / "out")
+    assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_training_changes_the_weights_and_leaves_them_finite(tmp_path):

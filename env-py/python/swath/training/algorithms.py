@@ -129,7 +129,13 @@ def _policy(config: TrainingConfig) -> tuple[type, dict[str, object]]:
     if config.algorithm == "maskable-ppo":
         aliases["CandidatePolicy"] = networks.candidate_policy()
     given = dict(config.policy)
-    policy = aliases[keys.choice("policy.class", given.pop("class"), aliases)]
+    name = keys.choice("policy.class", given.pop("class"), aliases)
+    unfit = ("MlpPolicy", "CnnPolicy") if config.observation_kind == "dict" else ("MultiInputPolicy",)
+    if name in unfit:
+        fit = " or ".join(f"`{alias}`" for alias in aliases if alias not in unfit)
+        text = f"`policy.class` must be {fit} for the observation kind `{config.observation_kind}`, got `{name}`"
+        raise ConfigError(text)
+    policy = aliases[name]
     classes: dict[str, dict[str, type]] = {
         "activation_fn": {name: getattr(nn, name) for name in ("Tanh", "ReLU", "ELU", "GELU", "SiLU", "LeakyReLU")},
         "features_extractor_class": networks.EXTRACTORS,

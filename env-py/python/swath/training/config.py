@@ -155,10 +155,11 @@ class TrainingConfig:
         algorithm = keys.choice("algorithm", given["algorithm"], ALGORITHMS)
         total_steps = keys.whole("total_steps", given["total_steps"], least=1, most=_MOST_STEPS)
         num_envs = keys.whole("num_envs", given.get("num_envs", 16), least=1, most=_MOST_ENVS)
+        scenario = _scenario(given.get("scenario", {}), folder or Path())
         config = cls(
             name=name,
             algorithm=algorithm,
-            scenario=_scenario(given.get("scenario", {}), folder or Path()),
+            scenario=scenario,
             total_steps=total_steps,
             num_envs=num_envs,
             num_threads=keys.whole("num_threads", given.get("num_threads", 1), least=1, most=_MOST_THREADS),
@@ -167,7 +168,10 @@ class TrainingConfig:
             checkpoint_every=keys.whole(
                 "checkpoint_every", given.get("checkpoint_every", max(total_steps // 10, 1)), least=1, most=_MOST_STEPS
             ),
-            policy={"class": "MlpPolicy", **keys.block("policy", given.get("policy", {}))},
+            policy={
+                "class": "MultiInputPolicy" if kind_of(scenario, "observation") == "dict" else "MlpPolicy",
+                **keys.block("policy", given.get("policy", {})),
+            },
             hyperparameters=keys.block("hyperparameters", given.get("hyperparameters", {})),
             normalize=keys.block("normalize", given["normalize"]) if "normalize" in given else None,
             evaluation=(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -64,7 +65,9 @@ class Policy:
         """Chooses an action for every environment; see `Player`."""
         if self.normalization is not None:
             observations = self.normalization.normalize_obs(observations)
-        masks = {} if action_masks is None else {"action_masks": action_masks}
+        # Algorithms that know no masks choose among all actions.
+        knows_masks = "action_masks" in inspect.signature(self.model.predict).parameters
+        masks = {"action_masks": action_masks} if knows_masks and action_masks is not None else {}
         actions: Actions = self.model.predict(observations, deterministic=self.deterministic, **masks)[0]
         return actions
 
