@@ -83,6 +83,26 @@ def test_every_shipped_configuration_is_the_file_of_that_name_and_passes_every_c
     assert config.seed + config.num_envs <= 1_000_000
 
 
+@pytest.mark.parametrize("algorithm", ["ppo", "sac"])
+def test_the_settings_for_the_zoo_are_those_of_the_shipped_training(algorithm):
+    lines = (Path(__file__).parents[2] / "configs" / "zoo" / f"{algorithm}.yml").read_text().splitlines()
+    zoo = {}
+    for line in lines:
+        if found := re.fullmatch(r"  (\w+): (?:!!float )?(.+)", line):
+            name, text = found.groups()
+            zoo[name] = float(text) if re.fullmatch(r"[\d.e-]+", text) else text
+    config = TrainingConfig.read(f"{algorithm}-features")
+    assert zoo.pop("n_timesteps") == config.total_steps
+    assert zoo.pop("policy") == config.policy["class"]
+    assert str(config.policy["net_arch"]) in zoo.pop("policy_kwargs")
+    assert zoo.pop("normalize") == f'"{dict(config.normalize)}"'
+    # The zoo has fewer environments, each with more steps.
+    num_envs, hyperparameters = zoo.pop("n_envs"), dict(config.hyperparameters)
+    if "n_steps" in zoo:
+        assert num_envs * zoo.pop("n_steps") == config.num_envs * hyperparameters.pop("n_steps")
+    assert zoo == hyperparameters
+
+
 REFUSED = [
     ({"algoritm": "ppo"}, "`algoritm` is not a known key; did you mean `algorithm`?"),
     ({"algorithm": "dqn"}, "`algorithm` must be one of `ppo`, `sac`, `maskable-ppo`, got `dqn`"),
@@ -111,6 +131,11 @@ REFUSED = [
     ({"evaluation": {"every": 1, "seed": 999_999}}, "`evaluation.seed` must be a whole number from 1000000 to "),
     ({"evaluation": {"every": 1, "agents": ["snail"]}}, "`agent` must be "),
     ({"evaluation": {"every": 1, "agents": ["jump", "jump"]}}, "`evaluation.agents` must differ in their names"),
+    (
+        {"scenario": {"episode": {"budget": float("inf")}}},
+        "`scenario.episode.budget` must be finite, for nothing else ",
+    ),
+    ({"num_threads": 2000}, "`num_threads` must be a whole number from 1 to 1024, got 2000"),
     ({"algorithm": "maskable-ppo"}, "`scenario.action.kind` must be `target` for `maskable-ppo`, got `steer`"),
 ]
 
@@ -319,6 +344,45 @@ def test_a_policy_plays_the_instances_that_the_gymnasium_environment_draws(train
             info["weeds_mowed"],
             info["outcome"],
         )
+
+
+def test_an_evaluation_that_need_not_end_is_refused(trained):
+    policy = training.load_policy(trained)
+    scenario = _native.Scenario(policy.card.scenario, episode={"budget": float("inf")})
+    with pytest.raises(ConfigError, match=r"^`episode\.budget` must be finite"):
+        training.evaluate_policy(policy, scenario=scenario, instances=1)
+
+
+def without_time(row):
+    return {name: value for name, value in vars(row).items() if name not in ("instance", "wall_s")}
+
+
+@pytest.mark.parametrize("name", ["random", "policy"])
+def test_a_player_that_draws_plays_an_instance_by_its_seed_whatever_is_played_beside_it(name, trained):
+    player = training.load_policy(trained, deterministic=False)
+    scenario = player.card.scenario
+    if name == "random":
+        player = training.RandomPlayer(player.model.action_space)
+    together = training.evaluate_policy(player, scenario=scenario, instances=3, seed=1_000_000)
+    again = training.evaluate_policy(player, scenario=scenario, instances=3, seed=1_000_000)
+    alone = training.evaluate_policy(player, scenario=scenario, instances=1, seed=1_000_002)
+    assert [without_time(row) for row in again] == [without_time(row) for row in together]
+    assert without_time(alone[0]) == without_time(together[2])
+    assert len({row.path_length_m for row in together} | {row.weeds_detected for row in together}) > 2
+
+
+def test_a_policy_draws_for_each_row_and_leaves_the_generators_of_the_process_alone(trained):
+    import torch
+
+    policy = training.load_policy(trained, deterministic=False)
+    observations = np.zeros((3, *policy.model.observation_space.shape), np.float32)
+    policy.begin([7, 8, 7])
+    before = torch.get_rng_state()
+    first, second = policy.predict(observations), policy.predict(observations)
+    assert torch.equal(torch.get_rng_state(), before)
+    assert np.array_equal(first[0], first[2])
+    assert not np.array_equal(first[0], first[1])
+    assert not np.array_equal(first, second)
 
 
 @pytest.mark.parametrize("name", ["model.zip", "model-vecnormalize.pkl"])

@@ -53,7 +53,8 @@ def train(
         How the policy did while it learned, beside the agents that do not learn.
 
     Raises:
-        ConfigError: If the configuration cannot be used, or the folder holds another training; nothing has been
+        ConfigError: If the configuration cannot be used, or the folder holds another training or one that other versions
+            of swath or the packages have begun; nothing has been
             written then.
         ModuleNotFoundError: If a package is missing; the message names the extra.
     """
@@ -135,7 +136,7 @@ class _Training:
     def _evaluate_others(self, plan: Evaluation) -> None:
         scripted = [agent for agent in plan.agents if agent != RANDOM]
         if RANDOM in plan.agents:
-            player = RandomPlayer(self.model.action_space, plan.seed)
+            player = RandomPlayer(self.model.action_space)
             self.curve.add(0, RANDOM, self._play(player, plan, RANDOM))
         if scripted:
             results = evaluation.evaluate(
