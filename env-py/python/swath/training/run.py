@@ -53,9 +53,8 @@ def train(
         How the policy did while it learned, beside the agents that do not learn.
 
     Raises:
-        ConfigError: If the configuration cannot be used, or the folder holds another training or one that other versions
-            of swath or the packages have begun; nothing has been
-            written then.
+        ConfigError: If the configuration cannot be used, or the folder holds another training, or one that other
+            versions of swath or of the packages have begun; nothing has been written then.
         ModuleNotFoundError: If a package is missing; the message names the extra.
     """
     config = config if isinstance(config, TrainingConfig) else TrainingConfig.read(config)
