@@ -158,6 +158,14 @@ REFUSED_TOGETHER = [
         "`policy.class` must be `MlpPolicy` or `CnnPolicy` for the observation kind `features`, got `MultiInputPolicy`",
     ),
     (
+        {
+            "algorithm": "maskable-ppo",
+            "scenario": SCENARIO | {"action": {"kind": "target"}},
+            "policy": {"class": "CandidatePolicy"},
+        },
+        "`policy.class` must be `MlpPolicy` or `CnnPolicy` for the observation kind `features`, got `CandidatePolicy`",
+    ),
+    (
         {"scenario": DICT, "policy": {"class": "MlpPolicy"}, "normalize": {"norm_obs": False}},
         "`policy.class` must be `MultiInputPolicy` for the observation kind `dict`, got `MlpPolicy`",
     ),
