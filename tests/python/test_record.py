@@ -4,6 +4,7 @@ import importlib.util
 import json
 import os
 import sys
+import types
 
 import gymnasium as gym
 import numpy as np
@@ -113,7 +114,8 @@ def test_chance_drives_until_the_episode_ends(root, monkeypatch):
     assert all(episode.truncations[-1] and len(set(episode.actions)) > 1 for episode in dataset)
 
 
-def test_a_trained_policy_is_recorded_as_it_plays(root, tmp_path, monkeypatch):
+@pytest.mark.parametrize("kind", ["steer", "discrete", "target"])
+def test_a_trained_policy_is_recorded_as_it_plays(kind, root, tmp_path, monkeypatch):
     pytest.importorskip("stable_baselines3")
     from swath import training
 
@@ -122,15 +124,15 @@ def test_a_trained_policy_is_recorded_as_it_plays(root, tmp_path, monkeypatch):
             "algorithm": "ppo",
             "total_steps": 64,
             "num_envs": 2,
-            "scenario": {"base": "cowbot-field", "episode": {"budget": 0.02}},
+            "scenario": {"base": "cowbot-field", "episode": {"budget": 0.02}, "action": {"kind": kind}},
             "hyperparameters": {"n_steps": 32, "batch_size": 32},
         }
     )
     training.train(config, out=tmp_path / "out")
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(root))
-    record(str(tmp_path / "out" / "model.zip"), episodes=2, scenario=config.scenario, dataset_id="policy-v0")
+    record(str(tmp_path / "out" / "model.zip"), episodes=2, scenario=config.scenario, dataset_id=f"policy-{kind}-v0")
     policy = training.load_policy(tmp_path / "out")
-    for episode in minari.load_dataset("policy-v0"):
+    for episode in minari.load_dataset(f"policy-{kind}-v0"):
         assert np.allclose(policy.predict(episode.observations[:-1]), episode.actions, atol=1e-6)
 
 
@@ -139,22 +141,56 @@ REFUSED = [
     ({"episodes": 0}, "`episodes` must be a whole number from 1 to 4294967296, got 0"),
     ({"dataset_id": "no version/"}, "`dataset_id` must be like `namespace/name-v0`, got `no version/`"),
     ({"action": {"kind": "discrete"}}, "`action.kind` must be `steer` or `drive` for a scripted agent, got `discrete`"),
+    ({"action": {"kind": "target"}}, "`action.kind` must be `steer` or `drive` for a scripted agent, got `target`"),
+    ({"agent": "random", "episode": {"budget": float("inf")}}, "`episode.budget` must be finite, for nothing else "),
 ]
 
 
 @pytest.mark.parametrize(("changes", "message"), REFUSED)
 def test_what_cannot_be_recorded_is_refused_in_one_line_and_leaves_nothing(changes, message, tmp_path):
     with pytest.raises(swath.ConfigError) as error:
-        record(**{"agent": "snake", "episodes": 1, "scenario": "cowbot-field", "root": tmp_path} | changes)
+        record(**{"agent": "snake", "episodes": 1, "scenario": "cowbot-field", "root": tmp_path / "new"} | changes)
     assert str(error.value).startswith(message)
     assert "\n" not in str(error.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_dataset_that_comes_while_another_is_recorded_stays_as_it_is(monkeypatch, tmp_path):
+    def play_while_another_is_written(*arguments):
+        (tmp_path / "swath" / "snake-v0").mkdir(parents=True)
+        (tmp_path / "swath" / "snake-v0" / "diary.txt").write_text("dear diary")
+        return play(*arguments)
+
+    play = swath.datasets.dataset.play
+    monkeypatch.setattr(swath.datasets.dataset, "play", play_while_another_is_written)
+    with pytest.raises(swath.ConfigError, match=r"^`dataset_id` must be new, but there is now a dataset "):
+        record("snake", episodes=1, scenario="cowbot-field", root=tmp_path)
+    assert [entry.name for entry in (tmp_path / "swath" / "snake-v0").iterdir()] == ["diary.txt"]
+
+
+def test_an_episode_of_chance_is_determined_by_its_seed(monkeypatch, tmp_path):
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    for name, seed, episodes in [("many-v0", 3, 3), ("last-v0", 5, 1)]:
+        record(
+            "random", episodes=episodes, seed=seed, scenario="cowbot-field", dataset_id=name, episode={"budget": 0.02}
+        )
+    many, last = minari.load_dataset("many-v0"), minari.load_dataset("last-v0")
+    assert np.array_equal(many[2].actions, last[0].actions)
+    assert np.array_equal(many[2].observations, last[0].observations)
+    assert not np.array_equal(many[1].actions[:8], last[0].actions[:8])
 
 
 def test_a_dataset_is_never_overwritten(recorded, root, capsys):
     status = main(["record", "--agent", "snake", "--episodes", "1", "--dataset", recorded.id, "--root", str(root)])
     assert status == 2
     assert capsys.readouterr().err == f"swath: `dataset_id` must be new, but there is a dataset {root / recorded.id}\n"
+
+
+def test_a_python_that_is_too_old_for_minari_is_answered_with_the_one_that_is_needed(monkeypatch, capsys):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(swath.extras, "sys", types.SimpleNamespace(version_info=(3, 10, 12)))
+    assert main(["record", "--agent", "snake"]) == 2
+    assert capsys.readouterr().err == "swath: recording needs minari, which needs Python 3.11 or later\n"
 
 
 def test_a_missing_minari_is_answered_with_the_extra_that_brings_it(monkeypatch, capsys):

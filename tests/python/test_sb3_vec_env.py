@@ -228,9 +228,10 @@ def test_options_are_used_once_and_never_modified():
     observations = env.reset()
     assert np.array_equal(observations[0], single.reset(seed=3)[0])
     assert np.array_equal(observations[1], single.reset(seed=4, options=options)[0])
-    env.set_options({"weed": []})
-    with pytest.raises(swath.ConfigError, match="got `weed`"):
-        env.reset()
+    for other in ("weed", "reset_mask"):
+        env.set_options({other: []})
+        with pytest.raises(swath.ConfigError, match=f"^`options` must hold nothing but `weeds`, got `{other}`$"):
+            env.reset()
 
 
 # Attributes and methods

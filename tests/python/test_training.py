@@ -49,7 +49,14 @@ MASKABLE = PPO | {
     "normalize": {"norm_obs": False},
     "evaluation": {"every": 96, "instances": 2, "agents": ["random", "snake"]},
 }
-SMALL = {"ppo": PPO, "sac": SAC, "maskable-ppo": MASKABLE}
+UNMASKED = MASKABLE | {"algorithm": "ppo", "policy": {}, "scenario": SCENARIO | {"action": {"kind": "target"}}}
+SMALL = {
+    "ppo": PPO,
+    "ppo on discrete": PPO | {"scenario": SCENARIO | {"action": {"kind": "discrete"}}},
+    "ppo on target": UNMASKED,
+    "sac": SAC,
+    "maskable-ppo": MASKABLE,
+}
 
 
 def check(**changes):
@@ -74,6 +81,26 @@ def test_every_shipped_configuration_is_the_file_of_that_name_and_passes_every_c
     training.algorithms.check_parameters(config)
     assert config.evaluation.seed >= 1_000_000
     assert config.seed + config.num_envs <= 1_000_000
+
+
+@pytest.mark.parametrize("algorithm", ["ppo", "sac"])
+def test_the_settings_for_the_zoo_are_those_of_the_shipped_training(algorithm):
+    lines = (Path(__file__).parents[2] / "configs" / "zoo" / f"{algorithm}.yml").read_text().splitlines()
+    zoo = {}
+    for line in lines:
+        if found := re.fullmatch(r"  (\w+): (?:!!float )?(.+)", line):
+            name, text = found.groups()
+            zoo[name] = float(text) if re.fullmatch(r"[\d.e-]+", text) else text
+    config = TrainingConfig.read(f"{algorithm}-features")
+    assert zoo.pop("n_timesteps") == config.total_steps
+    assert zoo.pop("policy") == config.policy["class"]
+    assert str(config.policy["net_arch"]) in zoo.pop("policy_kwargs")
+    assert zoo.pop("normalize") == f'"{dict(config.normalize)}"'
+    # The zoo has fewer environments, each with more steps.
+    num_envs, hyperparameters = zoo.pop("n_envs"), dict(config.hyperparameters)
+    if "n_steps" in zoo:
+        assert num_envs * zoo.pop("n_steps") == config.num_envs * hyperparameters.pop("n_steps")
+    assert zoo == hyperparameters
 
 
 REFUSED = [
@@ -104,6 +131,11 @@ REFUSED = [
     ({"evaluation": {"every": 1, "seed": 999_999}}, "`evaluation.seed` must be a whole number from 1000000 to "),
     ({"evaluation": {"every": 1, "agents": ["snail"]}}, "`agent` must be "),
     ({"evaluation": {"every": 1, "agents": ["jump", "jump"]}}, "`evaluation.agents` must differ in their names"),
+    (
+        {"scenario": {"episode": {"budget": float("inf")}}},
+        "`scenario.episode.budget` must be finite, for nothing else ",
+    ),
+    ({"num_threads": 2000}, "`num_threads` must be a whole number from 1 to 1024, got 2000"),
     ({"algorithm": "maskable-ppo"}, "`scenario.action.kind` must be `target` for `maskable-ppo`, got `steer`"),
 ]
 
@@ -115,6 +147,56 @@ def test_what_cannot_be_used_is_refused_in_one_line_and_nothing_is_written(chang
     assert "\n" not in str(error.value)
     assert str(error.value).startswith(message)
     assert not (tmp_path / "out").exists()
+
+
+DICT = {"base": "cowbot-field", "observation": {"kind": "dict"}, "action": {"kind": "target"}}
+REFUSED_TOGETHER = [
+    ({"policy": {"class": "CnnPolicy"}}, "`policy` and `hyperparameters` must suit ppo: "),
+    ({"hyperparameters": {"n_steps": 32, "batch_size": 1}}, "`policy` and `hyperparameters` must suit ppo: "),
+    (
+        {"policy": {"class": "MultiInputPolicy"}},
+        "`policy.class` must be `MlpPolicy` or `CnnPolicy` for the observation kind `features`, got `MultiInputPolicy`",
+    ),
+    (
+        {
+            "algorithm": "maskable-ppo",
+            "scenario": SCENARIO | {"action": {"kind": "target"}},
+            "policy": {"class": "CandidatePolicy"},
+        },
+        "`policy.class` must be `MlpPolicy` or `CnnPolicy` for the observation kind `features`, got `CandidatePolicy`",
+    ),
+    (
+        {"scenario": DICT, "policy": {"class": "MlpPolicy"}, "normalize": {"norm_obs": False}},
+        "`policy.class` must be `MultiInputPolicy` for the observation kind `dict`, got `MlpPolicy`",
+    ),
+    (
+        {"scenario": DICT, "policy": {"class": "CnnPolicy"}, "normalize": {"norm_obs": False}},
+        "`policy.class` must be `MultiInputPolicy` for the observation kind `dict`, got `CnnPolicy`",
+    ),
+    (
+        {"scenario": DICT, "normalize": {"norm_obs": True}},
+        "`normalize` must suit the observation kind `dict`: `norm_obs` = false, or `norm_obs_keys` among ",
+    ),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), REFUSED_TOGETHER)
+def test_what_does_not_fit_together_is_refused_in_one_line_and_the_corrected_training_may_begin(
+    changes, message, tmp_path
+):
+    with pytest.raises(ConfigError) as error:
+        training.train(check(**changes), out=tmp_path / "out")
+    assert "\n" not in str(error.value)
+    assert str(error.value).startswith(message)
+    assert not (tmp_path / "out").exists()
+    training.train(check(total_steps=64, evaluation={"every": 64, "instances": 1, "agents": []}), out=tmp_path / "out")
+
+
+def test_a_dictionary_of_observations_needs_no_policy_by_name(tmp_path):
+    changes = {"scenario": DICT | {"episode": {"budget": 0.05}}, "policy": {}, "normalize": {"norm_obs": False}}
+    evaluation = {"every": 64, "instances": 1, "agents": []}
+    curve = training.train(check(**changes, total_steps=64, evaluation=evaluation), out=tmp_path / "out")
+    assert curve.steps == [0, 128]
 
 
 def test_a_misspelt_name_is_answered_with_the_shipped_trainings(capsys, tmp_path):
@@ -137,9 +219,9 @@ def test_a_missing_package_is_answered_with_the_extra_that_brings_it(package, mo
 # The training itself
 
 
-@pytest.mark.parametrize("algorithm", SMALL)
-def test_a_killed_training_goes_on_from_its_last_checkpoint_and_ends_as_if_it_had_not_been_killed(algorithm, tmp_path):
-    config = TrainingConfig.check(SMALL[algorithm])
+@pytest.mark.parametrize("small", SMALL)
+def test_a_killed_training_goes_on_from_its_last_checkpoint_and_ends_as_if_it_had_not_been_killed(small, tmp_path):
+    config = TrainingConfig.check(SMALL[small])
     training.train(config, out=tmp_path / "whole")
 
     def kill_at_the_third_evaluation(line):
@@ -161,6 +243,35 @@ def test_a_killed_training_goes_on_from_its_last_checkpoint_and_ends_as_if_it_ha
     assert all(np.array_equal(*pair) for pair in zip(weights(whole.model), weights(killed.model), strict=True))
     files = [(tmp_path / name / "evaluations.csv").read_bytes() for name in ("whole", "killed")]
     assert files[0] == files[1]
+
+
+def test_the_time_up_to_the_last_checkpoint_is_counted_and_no_other(tmp_path):
+    times = training.run.Times(tmp_path / "times.csv", 0, 0.0)
+    times.write(0)
+    times.write(300)
+    # A checkpoint at step 200 was written after an hour, later than any evaluation that is kept.
+    later = training.run.Times(tmp_path / "times.csv", 200, 3600.0)
+    later.write(400)
+    rows = (tmp_path / "times.csv").read_text().splitlines()
+    assert [row.split(",")[0] for row in rows] == ["steps", "0", "400"]
+    assert 3600.0 <= float(rows[-1].split(",")[1]) < 4000.0
+
+
+@pytest.mark.parametrize("package", ["swath", "swath-build", "torch", "stable-baselines3"])
+def test_a_training_goes_on_with_the_versions_that_began_it_and_no_others(package, monkeypatch, tmp_path):
+    def kill(line):
+        if not line.startswith("step 0:"):
+            raise Killed
+
+    with pytest.raises(Killed):
+        training.train(check(checkpoint_every=128), out=tmp_path / "out", say=kill)
+    versions = training.checkpoint.versions()
+    monkeypatch.setattr(training.checkpoint, "versions", lambda: versions | {package: "9.9"})
+    before = sorted(tmp_path.rglob("*"))
+    message = rf"^`out` must go on with {package} {re.escape(versions[package])}, which wrote .*, got {package} 9\.9$"
+    with pytest.raises(ConfigError, match=message):
+        training.train(check(checkpoint_every=128), out=tmp_path / "out")
+    assert sorted(tmp_path.rglob("*")) == before
 
 
 def test_training_changes_the_weights_and_leaves_them_finite(tmp_path):
@@ -241,6 +352,45 @@ def test_a_policy_plays_the_instances_that_the_gymnasium_environment_draws(train
             info["weeds_mowed"],
             info["outcome"],
         )
+
+
+def test_an_evaluation_that_need_not_end_is_refused(trained):
+    policy = training.load_policy(trained)
+    scenario = _native.Scenario(policy.card.scenario, episode={"budget": float("inf")})
+    with pytest.raises(ConfigError, match=r"^`episode\.budget` must be finite"):
+        training.evaluate_policy(policy, scenario=scenario, instances=1)
+
+
+def without_time(row):
+    return {name: value for name, value in vars(row).items() if name not in ("instance", "wall_s")}
+
+
+@pytest.mark.parametrize("name", ["random", "policy"])
+def test_a_player_that_draws_plays_an_instance_by_its_seed_whatever_is_played_beside_it(name, trained):
+    player = training.load_policy(trained, deterministic=False)
+    scenario = player.card.scenario
+    if name == "random":
+        player = training.RandomPlayer(player.model.action_space)
+    together = training.evaluate_policy(player, scenario=scenario, instances=3, seed=1_000_000)
+    again = training.evaluate_policy(player, scenario=scenario, instances=3, seed=1_000_000)
+    alone = training.evaluate_policy(player, scenario=scenario, instances=1, seed=1_000_002)
+    assert [without_time(row) for row in again] == [without_time(row) for row in together]
+    assert without_time(alone[0]) == without_time(together[2])
+    assert len({row.path_length_m for row in together} | {row.weeds_detected for row in together}) > 2
+
+
+def test_a_policy_draws_for_each_row_and_leaves_the_generators_of_the_process_alone(trained):
+    import torch
+
+    policy = training.load_policy(trained, deterministic=False)
+    observations = np.zeros((3, *policy.model.observation_space.shape), np.float32)
+    policy.begin([7, 8, 7])
+    before = torch.get_rng_state()
+    first, second = policy.predict(observations), policy.predict(observations)
+    assert torch.equal(torch.get_rng_state(), before)
+    assert np.array_equal(first[0], first[2])
+    assert not np.array_equal(first[0], first[1])
+    assert not np.array_equal(first, second)
 
 
 @pytest.mark.parametrize("name", ["model.zip", "model-vecnormalize.pkl"])

@@ -520,7 +520,7 @@ def test_a_step_of_an_ended_row_is_refused_where_nothing_begins_by_itself():
         ({"seed": [1, 2]}, "`seed` must be one seed for each of 3 environments, got 2"),
         ({"seed": [1, "two", 3]}, "`seed` must be a whole number from 0 to"),
         ({"seed": "one"}, "`seed` must be a whole number, a list of 3 of them, or None, got 'one'"),
-        ({"options": {"weed": []}}, "got `weed`"),
+        ({"options": {"weed": []}}, "`options` must hold nothing but `weeds` and `reset_mask`, got `weed`"),
         ({"options": {"weeds": [[1.0, 99.0]]}}, "`weeds[0]` must be on the pasture"),
         ({"options": {"weeds": [None, [[1.0, 1.0], [1.0, 99.0]], None]}}, "`weeds[1][1]` must be on the pasture"),
         ({"options": {"weeds": [None, None]}}, "one for each of 3 environments, got 2"),

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import importlib.util
+import sys
 
 __all__ = ["need"]
+
+
+_PYTHONS = {"minari": (3, 11)}
+"""Packages that the extras bring to newer versions of Python only."""
 
 
 def need(what: str, extra: str, *packages: str) -> None:
@@ -20,5 +25,9 @@ def need(what: str, extra: str, *packages: str) -> None:
     """
     for package in packages:
         if importlib.util.find_spec(package) is None:
-            text = f"{what} needs {package}: pip install 'swath[{extra}]'"
+            python = _PYTHONS.get(package, (3, 0))
+            if sys.version_info[:2] < python:
+                text = f"{what} needs {package}, which needs Python {python[0]}.{python[1]} or later"
+            else:
+                text = f"{what} needs {package}: pip install 'swath[{extra}]'"
             raise ModuleNotFoundError(text, name=package)

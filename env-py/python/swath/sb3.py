@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from swath import _native
 from swath.errors import ConfigError
 from swath.registration import ENTRY_POINTS
-from swath.vector import checked_count
+from swath.vector import MOST_THREADS, checked_count
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -51,7 +51,7 @@ def make_vec_env(
         text = f"`env_id` must be one of {', '.join(ENTRY_POINTS)}, got {env_id!r}"
         raise ConfigError(text)
     num_envs = checked_count("num_envs", num_envs, 1_000_000)
-    num_threads = checked_count("num_threads", num_threads, 1024)
+    num_threads = checked_count("num_threads", num_threads, MOST_THREADS)
     if importlib.util.find_spec("stable_baselines3") is None:
         text = "`swath.sb3` needs stable-baselines3: pip install 'swath[train]'"
         raise ModuleNotFoundError(text)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from swath.scenario import Blocks, Scenario, ScenarioSource
 
-__all__ = ["MowerRoutingVectorEnv", "Observations", "checked_count", "weeds_of"]
+__all__ = ["MOST_THREADS", "MowerRoutingVectorEnv", "Observations", "checked_count", "weeds_of"]
 
 Observations: TypeAlias = "npt.NDArray[np.generic] | dict[str, npt.NDArray[np.generic]]"
 """One array with a row an environment, or a dictionary of such arrays where an observation has several parts."""
@@ -34,6 +34,9 @@ Infos: TypeAlias = "dict[str, object]"
 _SEEDS = 1 << 63
 
 _MOST_ENVS = 1_000_000
+
+MOST_THREADS = 1024
+"""Largest number of threads that may be asked for."""
 
 
 class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDArray[np.generic]"]):
@@ -97,7 +100,7 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
             raise ConfigError(text)
         mode = _mode(autoreset_mode)
         self.num_envs = checked_count("num_envs", num_envs, _MOST_ENVS)
-        threads = checked_count("num_threads", num_threads, 1024)
+        threads = checked_count("num_threads", num_threads, MOST_THREADS)
         core = _native.Scenario(scenario, **blocks)
         self._batch = _native.Batch(core, self.num_envs, mode.value, threads, copy=bool(copy))
         self.metadata = {"render_modes": [], "autoreset_mode": mode}
@@ -149,7 +152,7 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
         """
         batch = self._core
         mask = _reset_mask(options, self.num_envs)
-        weeds = weeds_of({key: value for key, value in (options or {}).items() if key != "reset_mask"}, self.num_envs)
+        weeds = weeds_of(options, self.num_envs, others=("reset_mask",))
         base, seeds = _seeds(seed, self.num_envs)
         first_seed = None
         if not batch.has_begun and None in seeds:
@@ -224,12 +227,13 @@ def checked_count(field: str, count: SupportsIndex, most: int) -> int:
     return number
 
 
-def weeds_of(options: Mapping[str, object] | None, num_envs: int) -> list[object]:
+def weeds_of(options: Mapping[str, object] | None, num_envs: int, *, others: Sequence[str] = ()) -> list[object]:
     """Reads `options["weeds"]`.
 
     Args:
         options: What a caller of `reset` has given.
         num_envs: Number of environments.
+        others: Other options that may be given.
 
     Returns:
         Nothing, one array for all environments, or one array or None for each.
@@ -237,9 +241,10 @@ def weeds_of(options: Mapping[str, object] | None, num_envs: int) -> list[object
     Raises:
         ConfigError: If there are other options, or arrays for another number of environments.
     """
+    known = ("weeds", *others)
     for name in options or {}:
-        if name != "weeds":
-            text = f"`options` must hold nothing but `weeds` and `reset_mask`, got `{name}`"
+        if name not in known:
+            text = f"`options` must hold nothing but {' and '.join(f'`{one}`' for one in known)}, got `{name}`"
             raise ConfigError(text)
     weeds = options.get("weeds") if options else None
     if weeds is None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import tempfile
 import warnings
 from collections.abc import Iterator, Sequence
@@ -90,7 +89,7 @@ def record(
     resolved = _native.Scenario(scenario, **blocks)
     episodes = whole("episodes", episodes, least=1, most=_MOST_EPISODES)
     seed = whole("seed", seed, least=0, most=_LARGEST_SEED - (episodes - 1))
-    driver, label = driver_of(agent, resolved, seed)
+    driver, label = driver_of(agent, resolved)
     name = dataset_id if dataset_id is not None else f"swath/{label.replace(':', '-').replace('=', '-')}-v0"
     try:
         parse_dataset_id(name)
@@ -115,7 +114,12 @@ def record(
                 bar.advance(len(played))
         with _minari_in(folder):
             _namespaces(name)
-        shutil.move(Path(unfinished) / name, folder / name)
+        try:
+            # It moves onto nothing but an empty folder, so that a dataset that has come meanwhile stays as it is.
+            (Path(unfinished) / name).rename(folder / name)
+        except OSError as error:
+            text = f"`dataset_id` must be new, but there is now a dataset {folder / name}"
+            raise ConfigError(text) from error
     return folder / name
 
 

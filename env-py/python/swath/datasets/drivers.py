@@ -6,14 +6,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+import numpy as np
+
 from swath import _native
 from swath.errors import ConfigError
 from swath.spaces import action_space
+from swath.training.config import refuse_endless
 
 if TYPE_CHECKING:
     from typing import TypeAlias
 
-    import numpy as np
     import numpy.typing as npt
 
     from swath.training.policy import Player
@@ -80,29 +82,30 @@ class PlayerDriver:
         self._player = player
 
     def begin(self, batch: _native.Batch, seeds: Sequence[int]) -> None:
-        """Does nothing: a policy remembers nothing."""
+        """Has every row drawn for by its own seed."""
+        self._player.begin(seeds)
 
     def act(self, batch: _native.Batch, observations: Observations, masks: Flags | None, live: Flags) -> Decisions:
         """Decides for every row; see `Driver`."""
         return self._player.predict(observations, masks), [None] * len(live)  # type: ignore[arg-type] # as the space says
 
 
-def driver_of(agent: str, scenario: _native.Scenario, seed: int) -> tuple[Driver, str]:
+def driver_of(agent: str, scenario: _native.Scenario) -> tuple[Driver, str]:
     """Returns a driver and its label.
 
     Args:
         agent: A scripted agent with or without options, `random`, or the file of a trained model.
         scenario: What it drives on.
-        seed: For the draws of `random`.
 
     Raises:
-        ConfigError: If there is no such agent or model, or it cannot act in the scenario's action kind.
+        ConfigError: If there is no such agent or model, or it cannot act in the action kind, or need never stop.
     """
+    batch = _native.Batch(scenario, 1, "SameStep", 1, copy=True)
     if agent == RANDOM:
         from swath.training.policy import RandomPlayer
 
-        batch = _native.Batch(scenario, 1, "SameStep", 1, copy=True)
-        return PlayerDriver(RandomPlayer(action_space(batch.action_spec), seed)), RANDOM
+        refuse_endless("episode.budget", scenario)
+        return PlayerDriver(RandomPlayer(action_space(batch.action_spec))), RANDOM
     if agent.endswith(".zip"):
         from swath.training.policy import load_policy
 
@@ -113,6 +116,9 @@ def driver_of(agent: str, scenario: _native.Scenario, seed: int) -> tuple[Driver
             if trained != given:
                 text = f"`scenario.{name}` must be what {agent} was trained on, {trained}, got {given}"
                 raise ConfigError(text)
+        refuse_endless("episode.budget", scenario)
         return PlayerDriver(policy), f"{policy.card.algorithm}:{Path(agent).stem}"
     spec = _native.AgentSpec(agent)
+    # It refuses actions that it cannot take, even where there is nothing to decide.
+    _native.Crew(spec, [0]).act(batch, np.zeros(1, dtype=bool))
     return ScriptedDriver(spec), spec.label

@@ -111,7 +111,7 @@ class Study:
         """Returns what tells this study from others, as plain data: the first line of its journal."""
         return {
             "swath": _native.VERSION,
-            "build": _build(),
+            "build": build(),
             "agents": self.labels,
             "instances": self.instances,
             "seed": self.seed,
@@ -121,7 +121,7 @@ class Study:
         }
 
 
-def _build() -> str:
+def build() -> str:
     """Returns what tells this build of the compiled module from others of the same version: its results may differ."""
     return sha256(Path(_native.__file__).read_bytes()).hexdigest()[:16]
 

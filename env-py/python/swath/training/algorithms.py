@@ -35,6 +35,10 @@ _OURS = {
 _POLICY_OURS = {"observation_space", "action_space", "lr_schedule", "optimizer_class", "use_sde"}
 _NORMALIZE_OURS = {"venv", "training", "gamma"}
 
+# Policies that cannot read an observation kind, which stable-baselines3 finds out late; the other kinds have no parts
+# and no table.
+_UNFIT = {"dict": ("MlpPolicy", "CnnPolicy"), "candidates": ("MultiInputPolicy",)}
+
 # Bounds that stable-baselines3 checks late or not at all.
 _POSITIVE = {"learning_rate", "n_steps", "batch_size", "n_epochs", "buffer_size", "clip_range"}
 _SHARES = {"gamma", "gae_lambda", "tau"}
@@ -129,7 +133,13 @@ def _policy(config: TrainingConfig) -> tuple[type, dict[str, object]]:
     if config.algorithm == "maskable-ppo":
         aliases["CandidatePolicy"] = networks.candidate_policy()
     given = dict(config.policy)
-    policy = aliases[keys.choice("policy.class", given.pop("class"), aliases)]
+    name = keys.choice("policy.class", given.pop("class"), aliases)
+    unfit = _UNFIT.get(config.observation_kind, ("MultiInputPolicy", "CandidatePolicy"))
+    if name in unfit:
+        fit = " or ".join(f"`{alias}`" for alias in aliases if alias not in unfit)
+        text = f"`policy.class` must be {fit} for the observation kind `{config.observation_kind}`, got `{name}`"
+        raise ConfigError(text)
+    policy = aliases[name]
     classes: dict[str, dict[str, type]] = {
         "activation_fn": {name: getattr(nn, name) for name in ("Tanh", "ReLU", "ELU", "GELU", "SiLU", "LeakyReLU")},
         "features_extractor_class": networks.EXTRACTORS,

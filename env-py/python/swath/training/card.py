@@ -5,14 +5,14 @@ from __future__ import annotations
 import importlib.metadata
 import pickle
 import platform
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from swath import _native
 from swath.errors import ConfigError
+from swath.evaluation.study import build
 from swath.files import write_whole
 from swath.training import keys
 from swath.training.config import ALGORITHMS, kind_of
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from swath.scenario import Scenario
     from swath.training.config import TrainingConfig
 
-__all__ = ["Card", "write_model"]
+__all__ = ["Card", "versions", "write_model"]
 
 _PACKAGES = ("stable-baselines3", "sb3-contrib", "torch", "gymnasium", "numpy")
 
@@ -40,6 +40,7 @@ class Card:
         steps: Environment steps that it was trained for.
         scenario: The scenario that it was trained on, every key resolved.
         normalization: File with the statistics of VecNormalize; None: observations are not normalised.
+        versions: By which versions of what it was written.
     """
 
     path: Path
@@ -47,6 +48,7 @@ class Card:
     steps: int
     scenario: Scenario
     normalization: Path | None
+    versions: dict[str, str] = field(default_factory=dict)
 
     @property
     def observation_kind(self) -> str:
@@ -92,6 +94,7 @@ class Card:
                 keys.block("scenario", card["scenario"]), name=str(card.get("trained_on", path.stem))
             ),
             normalization=normalization,
+            versions={name: str(value) for name, value in keys.block("versions", card.get("versions", {})).items()},
         )
 
     def load_normalization(self) -> VecNormalize | None:
@@ -135,20 +138,21 @@ def write_model(path: Path, model: BaseAlgorithm, config: TrainingConfig) -> Non
         "action_kind": config.action_kind,
         "trained_on": config.scenario.name,
         "scenario_hash": config.scenario.hash,
-        "versions": _versions(),
+        "versions": versions(),
         "scenario": config.scenario.to_dict(),
     }
     write_whole(path.with_suffix(".toml"), "# What the model beside this file is.\n" + to_toml(card))
 
 
-def _versions() -> Mapping[str, str]:
-    versions = {"swath": _native.VERSION, "python": platform.python_version()}
+def versions() -> dict[str, str]:
+    """Returns the versions of all that training depends on, and the compiled module's build."""
+    found = {"swath": _native.VERSION, "swath-build": build(), "python": platform.python_version()}
     for package in _PACKAGES:
         try:
-            versions[package] = importlib.metadata.version(package)
+            found[package] = importlib.metadata.version(package)
         except importlib.metadata.PackageNotFoundError:
             continue
-    return versions
+    return found
 
 
 def _hash(path: Path) -> str:

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from swath.errors import ConfigError
 from swath.training import environments
 from swath.training.algorithms import algorithm_class
-from swath.training.card import Card, write_model
+from swath.training.card import Card, versions, write_model
 from swath.training.generators import Generators
 
 if TYPE_CHECKING:
@@ -45,32 +46,41 @@ class Checkpoints:
         found = [entry for entry in self.folder.glob("*") if entry.name.isdecimal()]
         return max(found, key=lambda entry: int(entry.name), default=None)
 
-    def write(self, model: BaseAlgorithm) -> None:
-        """Writes a checkpoint under another name, renames it when it is complete, and removes older ones."""
+    def write(self, model: BaseAlgorithm, wall_s: float) -> None:
+        """Writes a checkpoint under another name, renames it when it is complete, and removes older ones.
+
+        Args:
+            model: The model in training.
+            wall_s: Seconds that the training has taken.
+        """
         unfinished = self.folder / ".unfinished"
         shutil.rmtree(unfinished, ignore_errors=True)
         unfinished.mkdir(parents=True)
         write_model(unfinished / _MODEL, model, self.config)
         if getattr(model, "replay_buffer", None) is not None:
             model.save_replay_buffer(unfinished / _REPLAY)
-        (unfinished / _STATE).write_bytes(pickle.dumps(_state(model)))
+        (unfinished / _STATE).write_bytes(pickle.dumps({"wall_s": wall_s, **_state(model)}))
         finished = self.folder / str(model.num_timesteps)
         unfinished.rename(finished)
         for older in self.folder.glob("*"):
             if older != finished:
                 shutil.rmtree(older)
 
-    def load(self, checkpoint: Path, venv: VecEnv) -> BaseAlgorithm:
+    def load(self, checkpoint: Path, venv: VecEnv) -> tuple[BaseAlgorithm, float]:
         """Makes the model of a checkpoint, and puts environments and generators into the state they were in.
 
         Args:
             checkpoint: Its folder.
             venv: The training's environments, bare.
 
+        Returns:
+            The model, and the seconds that the training had taken.
+
         Raises:
-            ConfigError: If its model is not the one that was written.
+            ConfigError: If its model is not the one that was written, or was written by other versions than run now.
         """
         card = Card.read(checkpoint / _MODEL)
+        _check_versions(card)
         state = pickle.loads((checkpoint / _STATE).read_bytes())
         # They must have begun before they can take over another state.
         venv.seed(self.config.seed)
@@ -85,7 +95,17 @@ class Checkpoints:
         if (checkpoint / _REPLAY).exists():
             model.load_replay_buffer(checkpoint / _REPLAY)
         _put_back(state, model)
-        return model
+        return model, state["wall_s"]
+
+
+def _check_versions(card: Card) -> None:
+    """Refuses another swath, torch and so on, with which the training would not end as if it had not been killed."""
+    now = versions()
+    for name in {**now, **card.versions}:
+        written, running = card.versions.get(name, "missing"), now.get(name, "missing")
+        if written != running:
+            text = f"`out` must go on with {name} {written}, which wrote {card.path.parent}, got {name} {running}"
+            raise ConfigError(text)
 
 
 def _state(model: BaseAlgorithm) -> dict[str, object]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -12,11 +13,12 @@ from swath import _native
 from swath.errors import ConfigError
 from swath.training import keys
 from swath.training.seeds import HELD_OUT_FROM, LARGEST_SEED
+from swath.vector import MOST_THREADS
 
 if TYPE_CHECKING:
     from swath.scenario import Scenario
 
-__all__ = ["ALGORITHMS", "RANDOM", "Evaluation", "TrainingConfig"]
+__all__ = ["ALGORITHMS", "RANDOM", "Evaluation", "TrainingConfig", "kind_of", "refuse_endless"]
 
 ALGORITHMS = {"ppo": ("steer", "drive", "discrete", "target"), "sac": ("steer", "drive"), "maskable-ppo": ("target",)}
 """The algorithms, and the action kinds that each can learn."""
@@ -26,7 +28,6 @@ RANDOM = "random"
 
 _MOST_STEPS = 10**12
 _MOST_ENVS = 65_536
-_MOST_THREADS = 4096
 _MOST_INSTANCES = 65_536
 _KEYS = ("algorithm", "total_steps", "num_envs", "num_threads", "seed", "checkpoint_every")
 _BLOCKS = ("scenario", "policy", "hyperparameters", "normalize", "evaluation")
@@ -155,19 +156,23 @@ class TrainingConfig:
         algorithm = keys.choice("algorithm", given["algorithm"], ALGORITHMS)
         total_steps = keys.whole("total_steps", given["total_steps"], least=1, most=_MOST_STEPS)
         num_envs = keys.whole("num_envs", given.get("num_envs", 16), least=1, most=_MOST_ENVS)
+        scenario = _scenario(given.get("scenario", {}), folder or Path())
         config = cls(
             name=name,
             algorithm=algorithm,
-            scenario=_scenario(given.get("scenario", {}), folder or Path()),
+            scenario=scenario,
             total_steps=total_steps,
             num_envs=num_envs,
-            num_threads=keys.whole("num_threads", given.get("num_threads", 1), least=1, most=_MOST_THREADS),
+            num_threads=keys.whole("num_threads", given.get("num_threads", 1), least=1, most=MOST_THREADS),
             # The seeds of all environments stay below the held-out ones.
             seed=keys.whole("seed", given.get("seed", 0), least=0, most=HELD_OUT_FROM - num_envs),
             checkpoint_every=keys.whole(
                 "checkpoint_every", given.get("checkpoint_every", max(total_steps // 10, 1)), least=1, most=_MOST_STEPS
             ),
-            policy={"class": "MlpPolicy", **keys.block("policy", given.get("policy", {}))},
+            policy={
+                "class": "MultiInputPolicy" if kind_of(scenario, "observation") == "dict" else "MlpPolicy",
+                **keys.block("policy", given.get("policy", {})),
+            },
             hyperparameters=keys.block("hyperparameters", given.get("hyperparameters", {})),
             normalize=keys.block("normalize", given["normalize"]) if "normalize" in given else None,
             evaluation=(
@@ -178,6 +183,8 @@ class TrainingConfig:
             kinds = " or ".join(f"`{kind}`" for kind in ALGORITHMS[algorithm])
             text = f"`scenario.action.kind` must be {kinds} for `{algorithm}`, got `{config.action_kind}`"
             raise ConfigError(text)
+        if config.evaluation is not None:
+            refuse_endless("scenario.episode.budget", scenario)
         return config
 
     @property
@@ -211,6 +218,22 @@ class TrainingConfig:
 def kind_of(scenario: Scenario, name: str) -> str:
     """Returns the `kind` of a scenario's block."""
     return str(keys.block(name, scenario.to_dict()[name])["kind"])
+
+
+def refuse_endless(field: str, scenario: Scenario) -> None:
+    """Refuses a scenario whose episodes need not end: nothing but its budget stops a policy that drives in circles.
+
+    Args:
+        field: What the caller calls the budget.
+        scenario: Whose episodes are to be played.
+
+    Raises:
+        ConfigError: If the budget is infinite.
+    """
+    budget = keys.block("episode", scenario.to_dict()["episode"])["budget"]
+    if budget == math.inf:
+        text = f"`{field}` must be finite, for nothing else ends the episode of a policy that circles; got inf"
+        raise ConfigError(text)
 
 
 def _scenario(given: object, folder: Path) -> Scenario:

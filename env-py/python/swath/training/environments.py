@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from gymnasium import spaces
+
+from swath.errors import ConfigError
 from swath.training.algorithms import normalize_arguments
 
 if TYPE_CHECKING:
@@ -32,7 +35,15 @@ def make_training_venv(config: TrainingConfig) -> VecEnv:
         return venv
     from stable_baselines3.common.vec_env import VecNormalize
 
-    return VecNormalize(venv, **arguments)
+    try:
+        return VecNormalize(venv, **arguments)
+    except (AssertionError, ValueError, TypeError, KeyError) as error:
+        hint = ""
+        if isinstance(venv.observation_space, spaces.Dict):
+            numbers = [name for name, part in venv.observation_space.items() if isinstance(part, spaces.Box)]
+            hint = f": `norm_obs` = false, or `norm_obs_keys` among {', '.join(numbers)}"
+        text = f"`normalize` must suit the observation kind `{config.observation_kind}`{hint}, got {arguments}"
+        raise ConfigError(text) from error
 
 
 def snapshots(venv: VecEnv) -> list[bytes]:

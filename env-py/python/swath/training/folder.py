@@ -75,13 +75,9 @@ class Folder:
         return self.path / "untrained.zip"
 
     def __enter__(self) -> Self:
-        """Writes the configuration, and keeps other runs out."""
-        self.path.mkdir(parents=True, exist_ok=True)
-        if not (self.path / _CONFIG).exists():
-            head = "# The training in this folder, every key written out.\n"
-            write_whole(self.path / _CONFIG, head + to_toml(self._config.to_dict()))
-        self._lock = (self.path / _CONFIG).open("rb")
-        self._keep_others_out(self._lock)
+        """Keeps other runs out of a training that has begun."""
+        if (self.path / _CONFIG).exists():
+            self._keep_others_out()
         return self
 
     def __exit__(
@@ -91,8 +87,24 @@ class Folder:
         if self._lock is not None:
             self._lock.close()
 
-    def _keep_others_out(self, file: BinaryIO) -> None:
+    def begin(self) -> None:
+        """Writes the configuration of a new training, and keeps other runs out.
+
+        Raises:
+            ConfigError: If another run has begun here meanwhile.
+        """
+        if self._lock is not None:
+            return
+        if (self.path / _CONFIG).exists():
+            raise self._in_use()
+        self.path.mkdir(parents=True, exist_ok=True)
+        head = "# The training in this folder, every key written out.\n"
+        write_whole(self.path / _CONFIG, head + to_toml(self._config.to_dict()))
+        self._keep_others_out()
+
+    def _keep_others_out(self) -> None:
         """Locks the configuration, where the system can."""
+        file = self._lock = (self.path / _CONFIG).open("rb")
         try:
             import fcntl
         except ImportError:
@@ -101,8 +113,10 @@ class Folder:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             file.close()
-            text = f"`out` must not be in use by another run, got {self.path}"
-            raise ConfigError(text) from error
+            raise self._in_use() from error
+
+    def _in_use(self) -> ConfigError:
+        return ConfigError(f"`out` must not be in use by another run, got {self.path}")
 
     def _refuse_another(self) -> None:
         try:

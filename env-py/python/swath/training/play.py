@@ -9,6 +9,7 @@ import numpy as np
 
 from swath.evaluation.row import Row
 from swath.summary import Summary
+from swath.training.config import refuse_endless
 from swath.training.environments import make_venv
 
 if TYPE_CHECKING:
@@ -44,7 +45,11 @@ def evaluate_policy(
 
     Returns:
         One row for each instance, in order.
+
+    Raises:
+        ConfigError: If the scenario's `episode.budget` is infinite, with which an episode need not end.
     """
+    refuse_endless("episode.budget", scenario)
     rows: list[Row] = []
     for first in range(0, instances, _BATCH):
         count = min(_BATCH, instances - first)
@@ -62,6 +67,7 @@ def _play(player: Player, scenario: Scenario, count: int, seed: int, num_threads
     venv = make_venv(scenario, count, num_threads)
     venv.seed(seed)
     observations = venv.reset()
+    player.begin(range(seed, seed + count))
     is_masked = scenario.to_dict()["action"]["kind"] == "target"  # type: ignore[index] # a block of keys
     played: dict[int, Summary] = {}
     # Who has finished plays on in its next episode, which nobody reads.
@@ -71,5 +77,6 @@ def _play(player: Player, scenario: Scenario, count: int, seed: int, num_threads
         for index in np.flatnonzero(dones):
             if index not in played:
                 played[int(index)] = cast("Summary", {key: infos[index][key] for key in Summary.__annotations__})
+    player.begin(())
     venv.close()
     return [played[index] for index in range(count)]

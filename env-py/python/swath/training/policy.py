@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import inspect
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +19,7 @@ from swath.training.card import Card
 if TYPE_CHECKING:
     from typing import TypeAlias
 
+    import torch
     from gymnasium import spaces
     from stable_baselines3.common.base_class import BaseAlgorithm
     from stable_baselines3.common.vec_env import VecNormalize
@@ -30,6 +33,15 @@ __all__ = ["Player", "Policy", "RandomPlayer", "load_policy"]
 
 class Player(Protocol):
     """Whatever can act in many environments at once."""
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Makes ready for new episodes.
+
+        Args:
+            seeds: The seed of every environment's episode, which determines whatever is drawn in it; none: the episodes
+                are over.
+        """
+        ...
 
     def predict(self, observations: Observations, action_masks: Masks = None) -> Actions:
         """Chooses an action for every environment.
@@ -59,12 +71,46 @@ class Policy:
     normalization: VecNormalize | None = None
     deterministic: bool = True
     card: Card | None = None
+    _draws: list[torch.Tensor] = field(default_factory=list, init=False, repr=False, compare=False)
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Makes ready for new episodes; see `Player`."""
+        if self.deterministic:
+            return
+        import torch
+
+        self._draws[:] = [torch.Generator().manual_seed(drawn).get_state() for drawn in map(_seed_of_draws, seeds)]
 
     def predict(self, observations: Observations, action_masks: Masks = None) -> Actions:
-        """Chooses an action for every environment; see `Player`."""
+        """Chooses an action for every environment; see `Player`.
+
+        A policy that draws its actions draws from PyTorch's generator, or after `begin` from one for each episode.
+        """
+        if self.deterministic or not self._draws:
+            return self._predict(observations, action_masks)
+        import torch
+
+        chosen: list[npt.NDArray[Any]] = []
+        with torch.random.fork_rng(devices=[]):
+            for row, state in enumerate(self._draws):
+                torch.set_rng_state(state)
+                only = slice(row, row + 1)
+                part = (
+                    {key: values[only] for key, values in observations.items()}
+                    if isinstance(observations, Mapping)
+                    else observations[only]
+                )
+                chosen.append(self._predict(part, None if action_masks is None else action_masks[only]))
+                self._draws[row] = torch.get_rng_state()
+        actions: Actions = np.concatenate(chosen)
+        return actions
+
+    def _predict(self, observations: Observations, action_masks: Masks) -> Actions:
         if self.normalization is not None:
             observations = self.normalization.normalize_obs(observations)
-        masks = {} if action_masks is None else {"action_masks": action_masks}
+        # Algorithms that know no masks choose among all actions.
+        knows_masks = "action_masks" in inspect.signature(self.model.predict).parameters
+        masks = {"action_masks": action_masks} if knows_masks and action_masks is not None else {}
         actions: Actions = self.model.predict(observations, deterministic=self.deterministic, **masks)[0]
         return actions
 
@@ -72,30 +118,39 @@ class Policy:
 class RandomPlayer:
     """Draws its actions uniformly, among the allowed ones where there is a mask."""
 
-    def __init__(self, action_space: spaces.Space[object], seed: int) -> None:
+    def __init__(self, action_space: spaces.Space[object], seed: int = 0) -> None:
         """Makes a player.
 
         Args:
             action_space: Of one environment.
-            seed: Of its draws.
+            seed: Players of different seeds draw differently in the same episodes.
         """
         self._space = action_space
-        self._rng = np.random.default_rng(seed)
+        self._seed = seed
+        self._rngs: list[np.random.Generator] = []
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Makes ready for new episodes; see `Player`."""
+        self._rngs = [np.random.default_rng([_seed_of_draws(seed), self._seed]) for seed in seeds]
 
     def predict(self, observations: Observations, action_masks: Masks = None) -> Actions:
-        """Chooses an action for every environment; see `Player`."""
+        """Chooses an action for every environment; see `Player`. `begin` comes first."""
         from gymnasium.spaces import Box, Discrete
 
-        count = len(next(iter(observations.values())) if isinstance(observations, Mapping) else observations)
         if isinstance(self._space, Box):
-            drawn = self._rng.uniform(self._space.low, self._space.high, (count, *self._space.shape))
-            return drawn.astype(np.float32)
+            low, high = self._space.low, self._space.high
+            return np.stack([rng.uniform(low, high) for rng in self._rngs]).astype(np.float32)
         assert isinstance(self._space, Discrete), "actions are numbers or a choice"
-        weights = self._rng.random((count, int(self._space.n)))
+        weights = np.stack([rng.random(int(self._space.n)) for rng in self._rngs])
         if action_masks is not None:
             weights[~action_masks] = -1.0
         chosen: Actions = weights.argmax(axis=1)
         return chosen
+
+
+def _seed_of_draws(seed: int) -> int:
+    """Returns a seed for the draws in an episode, hashed apart from the episode's own."""
+    return int.from_bytes(sha256(f"draws {seed}".encode()).digest()[:8], "little")
 
 
 def load_policy(path: str | os.PathLike[str], *, deterministic: bool = True) -> Policy:

@@ -53,8 +53,8 @@ def train(
         How the policy did while it learned, beside the agents that do not learn.
 
     Raises:
-        ConfigError: If the configuration cannot be used, or the folder holds another training; nothing has been
-            written then.
+        ConfigError: If the configuration cannot be used, or the folder holds another training, or one that other
+            versions of swath or of the packages have begun; nothing has been written then.
         ModuleNotFoundError: If a package is missing; the message names the extra.
     """
     config = config if isinstance(config, TrainingConfig) else TrainingConfig.read(config)
@@ -64,7 +64,9 @@ def train(
         say(f"{folder.path} holds this training, finished")
         return Curve.read(folder.evaluations)
     with folder:
+        # Whatever can be refused is made before anything is written.
         training = _Training(config, folder, say)
+        folder.begin()
         with Progress("steps", config.total_steps, is_wanted=progress) as bar:
             training.learn(bar)
         return training.curve
@@ -80,12 +82,13 @@ class _Training:
         self.curve = Curve.read(folder.evaluations)
         newest = self.checkpoints.newest()
         if newest is None:
-            self.model = new_model(config, make_training_venv(config))
+            self.model, before_s = new_model(config, make_training_venv(config)), 0.0
         else:
-            self.model = self.checkpoints.load(newest, make_venv(config.scenario, config.num_envs, config.num_threads))
+            venv = make_venv(config.scenario, config.num_envs, config.num_threads)
+            self.model, before_s = self.checkpoints.load(newest, venv)
         self.steps_before = self.model.num_timesteps
         self.curve.forget_after(self.steps_before if newest is not None else -1)
-        self.times = Times(folder.times, self.steps_before)
+        self.times = Times(folder.times, self.steps_before, before_s)
 
     def learn(self, bar: Progress) -> None:
         """Learns up to the last step, and writes the model."""
@@ -101,7 +104,7 @@ class _Training:
         beside = Beside(
             evaluate=self.evaluate,
             evaluate_every=None if config.evaluation is None else config.evaluation.every,
-            save=lambda: self.checkpoints.write(model),
+            save=lambda: self.checkpoints.write(model, self.times.wall_s),
             save_every=config.checkpoint_every,
             bar=bar,
         )
@@ -132,7 +135,7 @@ class _Training:
     def _evaluate_others(self, plan: Evaluation) -> None:
         scripted = [agent for agent in plan.agents if agent != RANDOM]
         if RANDOM in plan.agents:
-            player = RandomPlayer(self.model.action_space, plan.seed)
+            player = RandomPlayer(self.model.action_space)
             self.curve.add(0, RANDOM, self._play(player, plan, RANDOM))
         if scripted:
             results = evaluation.evaluate(
