@@ -85,16 +85,23 @@ impl Candidates {
             tiles: Tiles::new(grid, site),
             is_current: false,
             nearest: vec![nobody; config.weeds],
-            columns: Vec::with_capacity(grid.columns()),
-            near_tiles: Vec::with_capacity(config.views + SPARE_TILES + 1),
-            views: Vec::with_capacity(config.views + SPARE_TILES + 1),
+            columns: Vec::new(),
+            near_tiles: Vec::new(),
+            views: Vec::new(),
         }
     }
 
-    /// Forgets everything: the next view may be one of another episode.
+    /// Forgets everything: the next view may be one of another episode. Makes room for all that it may bring.
     pub fn reset(&mut self) {
         self.tiles.reset();
         self.is_current = false;
+        self.columns.clear();
+        self.columns.reserve(self.tiles.grid().columns());
+        let views = self.rows.len() - 1 - self.weeds;
+        self.near_tiles.clear();
+        self.near_tiles.reserve(views + SPARE_TILES + 1);
+        self.views.clear();
+        self.views.reserve(views + SPARE_TILES + 1);
     }
 
     /// Says that the view has changed within the episode.

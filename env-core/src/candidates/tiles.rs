@@ -61,6 +61,11 @@ impl Tiles {
         Self { grid, cell_x_m, cell_y_m, bands, columns, per_band, is_done }
     }
 
+    /// The cells.
+    pub(super) fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
     /// Forgets which tiles have been seen.
     pub(super) fn reset(&mut self) {
         self.is_done.fill(false);

@@ -6,10 +6,9 @@
 use proptest::prelude::*;
 use swath_core::action::{Action, ActionError};
 use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchError, BatchOptions};
-use swath_core::config::{ActionKind, Scenario, ValidScenario};
+use swath_core::config::{ActionKind, ObservationKind, Scenario, ValidScenario};
 use swath_core::env::{Beginning, Env};
 use swath_core::episode::{End, Outcome};
-use swath_core::geometry::Point;
 use swath_tests::cases::cases;
 use swath_tests::columns::Columns;
 use swath_tests::scene::scenarios;
@@ -18,11 +17,15 @@ const MODES: [Autoreset; 3] = [Autoreset::NextStep, Autoreset::SameStep, Autores
 
 /// A pasture on which episodes last some ten steps and end in different ways.
 fn short() -> ValidScenario {
+    short_scenario().check().unwrap()
+}
+
+fn short_scenario() -> Scenario {
     let mut scenario = Scenario::default();
     scenario.pasture.headland_m = 2.0;
     scenario.episode.budget = 0.003;
     scenario.episode.control_period_s = 1.0;
-    scenario.check().unwrap()
+    scenario
 }
 
 fn batch(scenario: &ValidScenario, rows: usize, autoreset: Autoreset, threads: usize) -> BatchEnv {
@@ -143,37 +146,43 @@ proptest! {
     }
 }
 
-/// More weeds than an episode of [`short`] draws, all of which the first look shows and a third of which the first step
-/// mows: whatever keeps weeds is as large as it will ever be after that.
-fn crowd() -> Vec<Point> {
-    let row = |x_m: f64| (0..50).map(move |weed| Point::new(x_m, 0.5 + 0.02 * f64::from(weed)));
-    let field = (3..11).flat_map(|x| (0..8).map(move |y| (f64::from(x) + 0.5, f64::from(y) + 0.5)));
-    let seen = field.filter(|(x, y)| y - 1.0 < 0.4 * x).map(|(x, y)| Point::new(x, y));
-    row(0.1).chain(row(2.0)).chain(seen).collect()
-}
-
+/// From the first step on, over ends and new beginnings, whatever is sent and shown.
+///
 /// Counted on one thread: with more, it is the pool's queue that may grow.
 #[test]
-fn a_step_allocates_nothing_even_where_episodes_end_and_begin() {
+fn a_step_allocates_nothing() {
+    use ObservationKind::{Candidates, Dict, Features, Maps};
     for autoreset in [Autoreset::NextStep, Autoreset::SameStep] {
-        let mut batch = batch(&short(), 16, autoreset, 1);
-        for row in 0..16 {
-            let beginning = Beginning { weeds: Some(&crowd()), start: None };
-            batch.reset_row(row, Some(0), beginning);
+        for (action, observation) in [
+            (ActionKind::Steer, Features),
+            (ActionKind::Steer, Dict),
+            (ActionKind::Discrete, Maps),
+            (ActionKind::Target, Candidates),
+            (ActionKind::Target, Dict),
+        ] {
+            let mut scenario = short_scenario();
+            scenario.action.kind = action;
+            scenario.observation.kind = observation;
+            let mut batch = batch(&scenario.check().unwrap(), 8, autoreset, 1);
+            batch.reset(0);
+            let mut columns = Columns::of(&batch);
+            let steering: Vec<Vec<f32>> = (0..100).map(|step| steering(step, 8)).collect();
+            let choices: Vec<Vec<i64>> =
+                (0..100).map(|step| (0..8).map(|row| (step * 7 + row) % 5).collect()).collect();
+            let mut ended = 0;
+            let info = allocation_counter::measure(|| {
+                for step in 0..100 {
+                    let actions = if action == ActionKind::Steer {
+                        Actions::Continuous(&steering[step])
+                    } else {
+                        Actions::Discrete(&choices[step])
+                    };
+                    ended += batch.step(actions, columns.as_mut()).unwrap();
+                }
+            });
+            assert_eq!(info.count_total, 0, "{autoreset:?} {action:?} {observation:?}");
+            assert!(ended > 8, "{ended} episodes ended");
         }
-        let mut columns = Columns::of(&batch);
-        let actions: Vec<Vec<f32>> = (0..400).map(|step| steering(step, 16)).collect();
-        batch.step(Actions::Continuous(&[0.0; 16]), columns.as_mut()).unwrap();
-        assert!(columns.terms[0].iter().all(|&weed| weed >= 50.0));
-        batch.reset(0);
-        let mut ended = 0;
-        let info = allocation_counter::measure(|| {
-            for actions in &actions {
-                ended += batch.step(Actions::Continuous(actions), columns.as_mut()).unwrap();
-            }
-        });
-        assert_eq!(info.count_total, 0, "{autoreset:?}");
-        assert!(ended > 400, "{ended} episodes ended in 400 steps of 16 rows");
     }
 }
 
