@@ -176,7 +176,7 @@ def test_a_stream_that_nobody_reads_any_more_stops_soon():
 
 
 def command(folder, *more):
-    arguments = ["table1", "--only", "density", "--agents", "jump,snake", "--instances", "40", "--out", str(folder)]
+    arguments = ["table1", "--only", "density", "--agents", "jump,snake", "--instances", "120", "--out", str(folder)]
     return [sys.executable, "-m", "swath", "evaluate", *arguments, *more]
 
 
@@ -197,7 +197,7 @@ def interrupted(folder, sign, at_least):
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("undisturbed") / "out"
-    swath.evaluate("jump,snake", scenario="table1", only="density", instances=40, out=folder)
+    swath.evaluate("jump,snake", scenario="table1", only="density", instances=120, out=folder)
     return folder
 
 
@@ -206,13 +206,13 @@ def test_a_killed_evaluation_goes_on_where_it_was_and_runs_nothing_twice(tmp_pat
     interrupted(folder, signal.SIGKILL, at_least=100)
     kept = (folder / "journal.jsonl").read_bytes()
     kept = kept[: kept.rindex(b"\n") + 1]
-    assert 100 < kept.count(b"\n") < 961
+    assert 100 < kept.count(b"\n") < 2881
     assert not (folder / "episodes.csv").exists()
     subprocess.run(command(folder, "--jobs", "1"), check=True, capture_output=True)
     journal = (folder / "journal.jsonl").read_bytes()
     assert journal.startswith(kept)
     rows = [json.loads(line) for line in journal.splitlines()[1:]]
-    assert len({(row["cell"], row["agent"], row["instance"]) for row in rows}) == len(rows) == 960
+    assert len({(row["cell"], row["agent"], row["instance"]) for row in rows}) == len(rows) == 2880
     assert csv_of(folder) == csv_of(undisturbed)
     assert (folder / "summary.json").read_bytes() == (undisturbed / "summary.json").read_bytes()
 
@@ -230,7 +230,7 @@ def test_ctrl_c_says_how_to_go_on(tmp_path, undisturbed):
 def test_a_finished_evaluation_is_not_run_again(undisturbed):
     before = (undisturbed / "journal.jsonl").read_bytes()
     text = (undisturbed / "episodes.csv").read_text()
-    swath.evaluate("jump,snake", scenario="table1", only="density", instances=40, out=undisturbed)
+    swath.evaluate("jump,snake", scenario="table1", only="density", instances=120, out=undisturbed)
     assert (undisturbed / "journal.jsonl").read_bytes() == before
     assert (undisturbed / "episodes.csv").read_text() == text
 
