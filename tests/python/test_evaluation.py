@@ -183,7 +183,12 @@ def command(folder, *more):
 def interrupted(folder, sign, at_least):
     """Starts an evaluation, and sends it a signal once it has kept some rows. Returns the process, which has ended."""
     process = subprocess.Popen(
-        command(folder, "--jobs", "2"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        command(folder, "--jobs", "2"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        # A shell that runs the tests in the background has them ignore Ctrl-C, and with them all that they start.
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     journal = folder / "journal.jsonl"
     while not (journal.exists() and journal.read_bytes().count(b"\n") > at_least):
