@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from swath import _native
 from swath.errors import ConfigError
-from swath.evaluation.row import Row
+from swath.evaluation.row import NUMBERS, Row
 from swath.evaluation.statistics import Spread, spread
 from swath.evaluation.study import Study
 from swath.files import write_whole
@@ -27,17 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["Results", "versus_of"]
 
 _BEFORE = ("scenario", "agent", "instance", "seed")
-_NUMBERS = (
-    "weeds_total",
-    "weeds_detected",
-    "weeds_mowed",
-    "path_length_m",
-    "bcp_length_m",
-    "path_fraction",
-    "seen_fraction",
-    "outcome",
-    "wall_s",
-)
+_AFTER = (*NUMBERS, "wall_s")
 
 
 @dataclass(frozen=True)
@@ -138,10 +128,10 @@ class Results:
         """Returns the rows as the text of `episodes.csv`, with numbers as `repr` writes them."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow([*_BEFORE, *self.study.keys, *_NUMBERS])
+        writer.writerow([*_BEFORE, *self.study.keys, *_AFTER])
         for row in self.rows:
             swept = [_cell_text(value) for value in self.study.cells[row.cell].values.values()]
-            fields = [[getattr(row, name) for name in names] for names in (_BEFORE, _NUMBERS)]
+            fields = [[getattr(row, name) for name in names] for names in (_BEFORE, _AFTER)]
             writer.writerow([*fields[0], *swept, *fields[1]])
         return text.getvalue()
 

@@ -8,10 +8,22 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from typing import TypeAlias
 
-__all__ = ["Row", "Task"]
+__all__ = ["NUMBERS", "Row", "Task"]
 
 Task: TypeAlias = "tuple[int, str, int]"
 """Number of a cell, name of an agent, number of an instance."""
+
+NUMBERS = (
+    "weeds_total",
+    "weeds_detected",
+    "weeds_mowed",
+    "path_length_m",
+    "bcp_length_m",
+    "path_fraction",
+    "seen_fraction",
+    "outcome",
+)
+"""What result files say of an episode, in the order of their columns."""
 
 
 @dataclass(frozen=True, kw_only=True)

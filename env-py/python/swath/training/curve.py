@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from swath.errors import ConfigError
-from swath.evaluation.row import Row
+from swath.evaluation.row import NUMBERS, Row
 from swath.evaluation.statistics import Spread, interval, spread
 from swath.files import write_whole
 
@@ -27,14 +27,7 @@ _COLUMNS = (
     "agent",
     "instance",
     "seed",
-    "weeds_total",
-    "weeds_detected",
-    "weeds_mowed",
-    "path_length_m",
-    "bcp_length_m",
-    "path_fraction",
-    "seen_fraction",
-    "outcome",
+    *NUMBERS,
 )
 
 Key: TypeAlias = "tuple[int, str]"
