@@ -115,7 +115,7 @@ test-slow: ## every test, the slow ones too
 test-gymnasium-oldest: wheel ## the Gymnasium contract tests on the wheel, under the oldest Gymnasium and NumPy supported
 	$(call need,$(OLDEST),oldest)
 	$(OLDEST)/bin/python -m pip install --quiet --no-deps --force-reinstall target/wheels/*.whl
-	$(OLDEST)/bin/python -m pytest tests/python/test_gymnasium_contract.py tests/python/test_vector.py
+	$(OLDEST)/bin/python -m pytest $(addprefix tests/python/test_,$(addsuffix .py,gymnasium_contract choices state scenarios vector))
 
 # Examples with other libraries, each in an environment of its own
 

@@ -1,82 +1,32 @@
 """What Gymnasium and its users may rely on, for every action kind.
 
 It runs under the oldest Gymnasium that is supported too, with nothing else installed.
+So do the tests of choices, state and scenarios.
 """
 
 import copy
 import itertools
 import math
-import pickle
-from pathlib import Path
 
-import cloudpickle
 import gymnasium as gym
-import hypothesis
-import hypothesis.strategies as st
 import numpy as np
 import pytest
+from contract import (
+    ID,
+    LAST_KEYS,
+    NUMBERS,
+    OBSERVATIONS,
+    actions,
+    any_action,
+    as_bytes,
+    make,
+    parts,
+    step_keys,
+    transcript,
+)
 from gymnasium.utils.env_checker import check_env
 
 import swath
-
-ID = "swath/MowerRouting-v0"
-KINDS = ["steer", "drive", "discrete", "target"]
-NUMBERS = ["steer", "drive"]
-OBSERVATIONS = ["features", "maps", "candidates", "dict"]
-STEP_KEYS = {"reward_terms", "action_clipped"}
-LAST_KEYS = set(swath.Summary.__annotations__)
-
-
-@pytest.fixture(params=KINDS)
-def kind(request):
-    return request.param
-
-
-@pytest.fixture
-def env(kind):
-    return make(kind)
-
-
-def make(kind="steer", **blocks):
-    return gym.make(ID, action={"kind": kind}, **blocks).unwrapped
-
-
-def actions(env, count, seed=0):
-    """Random actions that never repeat across calls with other seeds."""
-    rng = np.random.default_rng(seed)
-    if isinstance(env.action_space, gym.spaces.Discrete):
-        return rng.integers(env.action_space.n, size=count)
-    return rng.uniform(-1, 1, (count, *env.action_space.shape)).astype(np.float32)
-
-
-def transcript(env, steps):
-    """All that an episode shows until it ends, as bytes."""
-    shown = []
-    for action in steps:
-        result = env.step(action)
-        shown.append(as_bytes(result))
-        if result[2] or result[3]:
-            break
-    return shown
-
-
-def as_bytes(result):
-    observation, *rest = result
-    return b"".join(part.tobytes() for part in parts(observation)), repr(rest)
-
-
-def parts(observation):
-    return list(observation.values()) if isinstance(observation, dict) else [observation]
-
-
-def step_keys(env):
-    is_target = env.unwrapped.scenario.to_dict()["action"]["kind"] == "target"
-    return STEP_KEYS | ({"elapsed_m", "action_mask"} if is_target else set())
-
-
-def any_action(env):
-    return 0 if isinstance(env.action_space, gym.spaces.Discrete) else np.ones(env.action_space.shape, np.float32)
-
 
 # The checker
 
@@ -441,95 +391,6 @@ def test_standing_still_ends_too():
     assert info["outcome"] == "step_limit"
 
 
-# Choices
-
-
-@pytest.mark.parametrize(
-    ("action", "text"),
-    [
-        (16, "`action` must be from 0 to 15, got 16"),
-        (-1, "`action` must be from 0 to 15, got -1"),
-        (1.5, "`action` must be a whole number from 0 to 15, got `float`"),
-        (np.zeros(2, np.int64), "`action` must be a whole number from 0 to 15, got `ndarray`"),
-        (None, "`action` must be a whole number from 0 to 15, got `NoneType`"),
-    ],
-)
-def test_a_choice_that_there_is_not_is_refused_before_anything_moves(action, text):
-    env = make("target")
-    env.reset(seed=0)
-    before = env.snapshot()
-    with pytest.raises(swath.ActionError) as error:
-        env.step(action)
-    assert str(error.value) == text
-    assert env.snapshot() == before
-
-
-def test_choices_may_be_any_whole_number():
-    shown = []
-    for action in (15, np.int64(15), np.uint8(15), np.array(15)):
-        env = make("target")
-        env.reset(seed=0)
-        shown.append(as_bytes(env.step(action)))
-    assert all(one == shown[0] for one in shown)
-
-
-def test_the_mask_is_told_in_three_places():
-    env = make("target", observation={"kind": "dict"})
-    observation, info = env.reset(seed=5)
-    for action in actions(env, 60):
-        mask = env.action_masks()
-        assert (mask.shape, mask.dtype) == ((16,), bool)
-        assert mask[-1]
-        assert np.array_equal(mask, info["action_mask"])
-        assert np.array_equal(mask, observation["action_mask"])
-        rows = observation["candidates"].reshape(16, 11)
-        assert np.array_equal(mask, rows[:, :3].any(axis=1))
-        observation, _, _, _, info = env.step(action)
-        assert info["action_clipped"] is not bool(mask[action])
-        assert info["elapsed_m"] == pytest.approx(-info["reward_terms"]["path"])
-
-
-def test_a_closed_candidate_stands_for_the_search():
-    closed, search = make("target"), make("target")
-    _, info = closed.reset(seed=5, options={"weeds": []})
-    search.reset(seed=5, options={"weeds": []})
-    assert not info["action_mask"][0]
-    first, second = closed.step(0), search.step(15)
-    assert np.array_equal(first[0], second[0])
-    assert (first[1], first[4]["action_clipped"], second[4]["action_clipped"]) == (second[1], True, False)
-
-
-def test_the_search_alone_wins():
-    env = make("target", scenario="cowbot-field")
-    env.reset(seed=1)
-    terminated = truncated = False
-    while not (terminated or truncated):
-        _, _, terminated, truncated, info = env.step(env.action_space.n - 1)
-    assert info["outcome"] == "goal"
-    assert info["seen_fraction"] == 1.0
-
-
-def test_masks_are_for_choices():
-    env = make("discrete")
-    with pytest.raises(swath.ActionError, match="`reset` must come before the first step"):
-        env.action_masks()
-    env.reset(seed=0)
-    assert env.action_masks().tolist() == [True] * 5
-    env = make("steer")
-    env.reset(seed=0)
-    with pytest.raises(swath.ConfigError) as error:
-        env.action_masks()
-    assert str(error.value) == "`action.kind` must be `discrete` or `target` where actions are masked, got steer"
-
-
-def test_the_five_curvatures_are_those_of_steer():
-    for choice, curvature in enumerate([-1.0, -0.5, 0.0, 0.5, 1.0]):
-        chosen, steered = make("discrete"), make("steer")
-        chosen.reset(seed=0)
-        steered.reset(seed=0)
-        assert as_bytes(chosen.step(choice)) == as_bytes(steered.step([curvature]))
-
-
 # Fresh data
 
 
@@ -558,167 +419,3 @@ def test_what_the_caller_does_to_results_does_not_reach_the_environment(kind):
         info.get("action_mask", np.zeros(1))[:] = False
         clean.step(action)
     assert spoilt.snapshot() == clean.snapshot()
-
-
-# State
-
-
-@pytest.mark.parametrize(
-    "duplicate",
-    [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env)), lambda env: cloudpickle.loads(cloudpickle.dumps(env))],
-    ids=["deepcopy", "pickle", "cloudpickle"],
-)
-@pytest.mark.parametrize("is_wrapped", [False, True])
-@pytest.mark.parametrize("observation", OBSERVATIONS)
-def test_a_duplicate_made_in_mid_episode_goes_on_bit_for_bit(kind, observation, duplicate, is_wrapped):
-    env = gym.make(ID, action={"kind": kind}, observation={"kind": observation}, scenario="cowbot-field")
-    env = env if is_wrapped else env.unwrapped
-    env.reset(seed=21)
-    env.reset()
-    for action in actions(env, 8):
-        env.step(action)
-    twin = duplicate(env)
-    steps = actions(env, 30, seed=1)
-    assert transcript(twin, steps) == transcript(env, steps)
-    assert as_bytes(twin.reset()) == as_bytes(env.reset())
-    assert twin.unwrapped.snapshot() == env.unwrapped.snapshot()
-    assert twin.np_random.bit_generator.state == env.np_random.bit_generator.state
-    assert twin.unwrapped.scenario == env.unwrapped.scenario
-
-
-def test_an_environment_can_be_pickled_before_its_first_reset(env):
-    twin = pickle.loads(pickle.dumps(env))
-    with pytest.raises(swath.ActionError):
-        twin.step(env.action_space.sample())
-    assert as_bytes(twin.reset(seed=1)) == as_bytes(env.reset(seed=1))
-
-
-@pytest.mark.parametrize("observation", OBSERVATIONS)
-def test_a_snapshot_can_be_restored_as_often_as_wanted_and_elsewhere(kind, observation):
-    env, elsewhere = (make(kind, observation={"kind": observation}) for _ in range(2))
-    env.reset(seed=4)
-    for action in actions(env, 25):
-        env.step(action)
-    snapshot, steps = env.snapshot(), actions(env, 25, seed=1)
-    shown = transcript(env, steps)
-    for place in (env, elsewhere, env):
-        place.restore(snapshot)
-        assert transcript(place, steps) == shown
-
-
-def test_a_snapshot_that_does_not_fit_is_refused_and_changes_nothing(env):
-    env.reset(seed=4)
-    snapshot = env.snapshot()
-    other = make(weeds={"count": 3})
-    other.reset(seed=4)
-    for wrong in (b"", b"nonsense", snapshot[:-1], snapshot + b"x", other.snapshot()):
-        with pytest.raises(swath.SnapshotError, match="`snapshot` must"):
-            env.restore(wrong)
-        assert env.snapshot() == snapshot
-
-
-@hypothesis.given(
-    seed=st.integers(0, (1 << 64) - 1),
-    steps=st.lists(st.tuples(st.floats(-1.5, 1.5), st.floats(-1.5, 1.5)), max_size=30),
-    cut=st.integers(0, 30),
-)
-def test_any_episode_goes_on_from_its_snapshot(seed, steps, cut):
-    env, twin = (make("drive", scenario="cowbot-field") for _ in range(2))
-    env.reset(seed=seed)
-    transcript(env, steps[:cut])
-    twin.restore(env.snapshot())
-    assert transcript(twin, steps[cut:]) == transcript(env, steps[cut:])
-
-
-# Scenarios
-
-
-def test_every_way_to_name_a_scenario_gives_the_same_one(tmp_path):
-    file = tmp_path / "field.toml"
-    file.write_text(swath.Scenario("cowbot-field").to_toml())
-    blocks = swath.Scenario("cowbot-field").to_dict()
-    del blocks["id"]
-    ways = [
-        make(scenario="cowbot-field"),
-        make(scenario=str(file)),
-        make(scenario=file),
-        make(scenario=blocks),
-        make(scenario=swath.Scenario("cowbot-field")),
-        swath.MowerRoutingEnv(**blocks),
-    ]
-    assert {env.scenario.hash for env in ways} == {swath.Scenario("cowbot-field").hash}
-
-
-def test_blocks_are_laid_over_the_scenario_key_by_key():
-    blocks = make(scenario="cowbot-field", weeds={"count": 3}, mower=None).scenario.to_dict()
-    assert blocks["weeds"]["count"] == 3
-    assert blocks["weeds"]["distribution"] == "uniform"
-    assert blocks["mower"]["deck_width_m"] == 1.3
-
-
-def test_numpy_numbers_and_arrays_are_numbers():
-    weeds = np.array([[1.0, 2.0], [3.0, 4.0]])
-    one = swath.Scenario(
-        weeds={"positions_m": weeds}, mower={"deck_width_m": np.float32(1.5), "speed_mps": np.int64(2)}
-    )
-    other = swath.Scenario(weeds={"positions_m": weeds.tolist()}, mower={"deck_width_m": 1.5, "speed_mps": 2.0})
-    assert one == other
-    assert one.to_dict()["weeds"]["count"] == 2
-
-
-def test_a_weed_file_among_keywords_lies_where_python_runs(tmp_path, monkeypatch):
-    (tmp_path / "farm").mkdir()
-    (tmp_path / "farm" / "field.toml").write_text('[weeds]\nfile = "weeds.csv"\n')
-    (tmp_path / "farm" / "weeds.csv").write_text("1,2\n")
-    (tmp_path / "mine.csv").write_text("x_m,y_m\n3,4\n5,6\n")
-    monkeypatch.chdir(tmp_path)
-    field = Path("farm") / "field.toml"
-    assert swath.Scenario(field).to_dict()["weeds"]["positions_m"] == [[1.0, 2.0]]
-    mine = swath.Scenario(field, weeds={"file": "mine.csv"})
-    assert mine.to_dict()["weeds"]["positions_m"] == [[3.0, 4.0], [5.0, 6.0]]
-
-
-def test_a_scenario_can_be_pickled():
-    scenario = swath.Scenario("pasture", pasture={"headland_m": math.inf}, name="mine")
-    twin = pickle.loads(pickle.dumps(scenario))
-    assert (twin, twin.name, twin.hash) == (scenario, "mine", scenario.hash)
-    assert copy.deepcopy(scenario) == scenario
-
-
-@pytest.mark.parametrize(
-    ("arguments", "text"),
-    [
-        ({"wedes": {"count": 3}}, "`wedes` is not a known key; did you mean `weeds`?"),
-        ({"weeds": {"cuont": 3}}, "`weeds.cuont` is not a known key; did you mean `weeds.count`?"),
-        ({"weeds": {"count": -3}}, "`weeds.count` must be a whole number >= 0, got integer `-3`"),
-        ({"weeds": {"count": None}}, "`weeds.count` must be a number, a text, a list or a block of keys, got None"),
-        ({"weeds": {"count": 1 << 70}}, f"`weeds.count` must be a whole number of at most 63 bits, got {1 << 70}"),
-        ({"weeds": 3}, "`weeds` must be a block of keys, got 3"),
-        ({"mower": {"deck_width_m": math.nan}}, "`mower.deck_width_m` must be finite and > 0, got NaN"),
-        ({"scenario": "table1"}, "table1 declares the sweep `density`: it is for `swath evaluate`, "),
-        ({"scenario": "nowhere"}, "cannot read nowhere: no such file, and no shipped scenario"),
-        ({"scenario": 3}, "`scenario` must be a name, a path, a dictionary or a Scenario, got 3"),
-        ({"scenario": {1: {}}}, "`scenario` must be a block with text keys, got 1"),
-    ],
-)
-def test_a_scenario_that_cannot_be_used_is_refused_by_name(arguments, text):
-    with pytest.raises(swath.ConfigError) as error:
-        swath.MowerRoutingEnv(**arguments)
-    assert str(error.value).startswith(text)
-
-
-def test_a_render_mode_is_refused():
-    with pytest.raises(swath.ConfigError, match="`render_mode` must be None, got 'human'"):
-        swath.MowerRoutingEnv(render_mode="human")
-
-
-# Errors
-
-
-@pytest.mark.parametrize("kind_of_error", [swath.ConfigError, swath.ActionError, swath.SnapshotError])
-def test_errors_form_one_tree_and_survive_pickling(kind_of_error):
-    error = kind_of_error("`field` must be this, got that")
-    twin = pickle.loads(pickle.dumps(error))
-    assert (type(twin), str(twin)) == (kind_of_error, str(error))
-    assert isinstance(twin, swath.SwathError)
-    assert isinstance(twin, ValueError)
