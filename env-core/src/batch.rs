@@ -110,7 +110,7 @@ pub struct BatchEnv {
     pool: Option<ThreadPool>,
 }
 
-/// Rows that are worth a task of their own: to hand one to another thread takes about 6 microseconds, measured.
+/// Rows that are worth a task of their own: to hand one to another thread takes as long as a few steps.
 const ROWS_A_TASK: usize = 64;
 
 /// The same where observations hold maps, which take most of a step.

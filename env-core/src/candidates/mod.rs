@@ -22,7 +22,6 @@ use crate::view::View;
 
 /// What the search pays for unseen ground that it leaves behind, in metres of way: for each cell, for each tile that is
 /// passed over, and for each pass that is joined too late to see all of its tile. Coming back costs more than going there.
-/// Tried out on eight pastures: with 3 to 10 m a tile and 0.1 to 0.2 m a cell the search is about equally long.
 const SKIPPED_CELL_M: f64 = 0.2;
 const SKIPPED_TILE_M: f64 = 6.0;
 const JOINED_LATE_M: f64 = 3.0;
