@@ -6,7 +6,7 @@ use swath_core::site::Site;
 use swath_core::view::View;
 
 /// Longest piece that a planner drives before it looks at the world again, metres: the spacing of the sensor's looks.
-pub const PIECE_M: f64 = swath_core::mower::LOOK_SPACING_M;
+pub const PIECE_M: f64 = swath_core::motion::LOOK_SPACING_M;
 
 /// What an agent answers.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! Following a planner's path with one curvature a control period: how planners act through `steer`.
 
 use swath_core::action::Command;
-use swath_core::geometry::{Arc, BarSweep, Footprint, Pose};
+use swath_core::geometry::{Arc, BarSweep, Pose};
 use swath_core::known::{KnownWeed, KnownWeeds};
 use swath_core::site::Site;
 use swath_core::view::View;

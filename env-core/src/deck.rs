@@ -1,44 +1,19 @@
 //! The mowing deck.
 
-use crate::geometry::{BarSweep, Footprint};
+use crate::geometry::BarSweep;
 use crate::grid::Cell;
 use crate::ground::SeenGround;
-use crate::mower::{MAX_PIECE_M, Piece, Stretch};
-use crate::weeds::Weeds;
+use crate::motion::{MAX_PIECE_M, Piece, Stretch};
+use crate::weeds::{Ahead, Weeds};
 
 /// The implement: a bar across the heading whose middle is the mower's pose.
 #[derive(Debug, Clone)]
 pub struct Deck {
     width_m: f64,
-    ahead: Ahead,
+    /// What the bar meets on a piece: mostly nothing.
+    ahead: Ahead<()>,
     mowed: Vec<u32>,
     seen: Vec<Cell>,
-}
-
-/// What is met on a piece of a motion: it seldom is anything, and then nothing has to be tested stretch by stretch.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Ahead {
-    pub(crate) weeds: Vec<u32>,
-    pub(crate) cells: Vec<Cell>,
-}
-
-impl Ahead {
-    /// Makes room for so many weeds and cells.
-    pub(crate) fn reserve(&mut self, weeds: usize, cells: usize) {
-        self.clear();
-        self.weeds.reserve(weeds);
-        self.cells.reserve(cells);
-    }
-
-    pub(crate) fn clear(&mut self) {
-        self.weeds.clear();
-        self.cells.clear();
-    }
-
-    #[inline]
-    pub(crate) fn is_empty(&self) -> bool {
-        self.weeds.is_empty() && self.cells.is_empty()
-    }
 }
 
 /// What one stretch cut.
@@ -69,8 +44,15 @@ impl Deck {
     /// Finds what the bar will meet on a piece, before its stretches are driven.
     pub fn prepare(&mut self, piece: &Piece, weeds: &Weeds, ground: &SeenGround) {
         let sweep = piece.sweep(self.width_m);
-        let Ahead { weeds: found, cells } = &mut self.ahead;
-        weeds.find_standing(&sweep, ground, found, cells);
+        let is_met = |point| sweep.contains(point).then_some(());
+        weeds.find_standing(&sweep, is_met, ground, &mut self.ahead);
+    }
+
+    /// Whether the bar meets nothing on the piece that it is prepared for.
+    #[must_use]
+    #[inline]
+    pub fn is_idle(&self) -> bool {
+        self.ahead.is_empty()
     }
 
     /// Mows what the bar passes over on `stretch`: swept, exact, its ends included.
@@ -89,12 +71,12 @@ impl Deck {
         let Stretch { start, end, curvature_per_m, length_m, .. } = *stretch;
         let sweep = BarSweep::between(start, end, curvature_per_m, length_m, *width_m);
         let grid = weeds.grid();
-        ahead.weeds.retain(|&weed| {
+        ahead.weeds.retain(|&(weed, ())| {
             let is_out = sweep.contains(weeds.positions()[weed as usize]);
             mowed.extend(is_out.then_some(weed));
             !is_out
         });
-        ahead.cells.retain(|&cell| {
+        ahead.cells.retain(|&(cell, ())| {
             let is_out = sweep.contains(grid.centre(cell.column, cell.row));
             seen.extend(is_out.then_some(cell));
             !is_out

@@ -176,7 +176,7 @@ impl Env {
         self.episode = Episode::started();
         self.mower = Mower::at(start.unwrap_or_else(|| start_pose(&self.scenario)));
         let Self { sensor, mower, weeds, belief, .. } = self;
-        let percept = sensor.look_around(mower.frame(), weeds, belief.ground());
+        let percept = sensor.look_around(&mower.frame(), weeds, belief.ground());
         self.belief.absorb_percept(&percept, &self.weeds);
         if let Some(candidates) = &mut self.candidates {
             candidates.reset();
@@ -261,15 +261,21 @@ impl Env {
         let (mut tally, mut is_off_site) = (Tally::default(), false);
         let mut motion = self.mower.motion(command);
         'motion: while let Some(piece) = motion.next_piece() {
-            self.deck.prepare(piece, &self.weeds, self.belief.ground());
-            self.sensor.prepare(piece, &self.weeds, self.belief.ground());
+            self.deck.prepare(&piece, &self.weeds, self.belief.ground());
+            self.sensor.prepare(&piece, &self.weeds, self.belief.ground());
+            // Most pieces bring nothing new: the mower drives on.
+            if self.deck.is_idle() && self.sensor.is_idle() && piece.is_within(&self.site) {
+                self.mower.follow_all(&piece);
+                tally.distance_m = piece.driven_m();
+                continue;
+            }
             for stretch in piece.stretches() {
                 self.mower.follow(&stretch); // mower
                 let cut = self.deck.mow(&stretch, &mut self.weeds); // deck
-                tally.add(stretch.length_m, cut.mowed.len());
+                tally.add(stretch.driven_m, cut.mowed.len());
                 self.belief.absorb_cut(&cut);
                 if stretch.ends_at_look {
-                    let percept = self.sensor.look(&stretch.end, &mut self.weeds); // sensor
+                    let percept = self.sensor.look(stretch.index, &mut self.weeds); // sensor
                     self.belief.absorb_percept(&percept, &self.weeds); // belief
                     is_off_site = !self.site.allows(stretch.end.pose);
                 }

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::action::{ActionError, Command};
 use crate::config::{ActionKind, ValidScenario};
-use crate::mower::LOOK_SPACING_M;
+use crate::motion::LOOK_SPACING_M;
 use crate::site::Site;
 use crate::view::View;
 

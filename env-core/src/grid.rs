@@ -156,14 +156,15 @@ impl Grid {
         )
     }
 
-    /// Calls `visit` with every tile that a footprint may touch, and the bits of the cells there that it may touch, set by
-    /// set; tiles where no set has any are left out.
+    /// Calls `visit` with every tile that a footprint may touch, and bits of its cells: of the first of its `words` those
+    /// whose centre the footprint may hold, of the second those of which it may touch any ground. Tiles without either are
+    /// left out.
     #[inline]
-    pub(crate) fn for_each_touched<const SIDES: usize, const N: usize>(
+    pub(crate) fn for_each_touched<const SIDES: usize>(
         &self,
         footprint: &impl Footprint<SIDES>,
-        sets: [&CellSet; N],
-        mut visit: impl FnMut(Tile, [u64; N]),
+        words: impl Fn(usize) -> (u64, u64),
+        mut visit: impl FnMut(Tile, u64, u64),
     ) {
         let (columns, rows) = self.cells_of(footprint);
         // Often the box around the footprint holds no cell of any set.
@@ -173,17 +174,22 @@ impl Grid {
             let first = row * self.tile_columns;
             let in_rows = rows_within(&rows, row);
             for column in tile_columns.clone() {
-                let words = sets.map(|set| set.words[first + column]);
+                let index = first + column;
                 let in_box = in_rows & columns_within(&columns, column);
-                if words.iter().fold(0, |all, &word| all | word) & in_box == 0 {
+                let (centres, grounds) = words(index);
+                let (mut centres, mut grounds) = (centres & in_box, grounds & in_box);
+                if centres | grounds == 0 {
                     continue;
                 }
-                let edges = edges
-                    .get_or_insert_with(|| footprint.sides().map(|side| Edge::new(self, &side)));
-                let mask = in_box & cells_within(edges, column, row);
-                let bits = words.map(|word| word & mask);
-                if bits.iter().fold(0, |all, &bits| all | bits) != 0 {
-                    visit(Tile { index: first + column, column, row }, bits);
+                let edges = edges.get_or_insert_with(|| edges_of(self, footprint));
+                if centres != 0 {
+                    centres &= cells_within(edges, edges.map(|edge| edge.to_centre), column, row);
+                }
+                if grounds != 0 {
+                    grounds &= cells_within(edges, edges.map(|edge| edge.to_corner), column, row);
+                }
+                if centres | grounds != 0 {
+                    visit(Tile { index, column, row }, centres, grounds);
                 }
             }
         }
@@ -224,15 +230,16 @@ const SLACK_UNITS: f64 = 16.0;
 /// No cell of a tile is further from its first cell than this, in units; with it twice, 16 bits still hold the sum.
 const FAR_UNITS: f64 = 12_000.0;
 
-/// A side of a footprint in cells: how far a cell's nearest point is on the footprint's side of it, linear in column and row.
+/// A side of a footprint in cells: how far a point is on the footprint's side of it, linear in column and row.
 #[derive(Clone, Copy)]
 struct Edge {
-    /// For the cell 0, 0.
+    /// For the lower left corner of the cell 0, 0.
     at_0: f64,
     per_column: f64,
     per_row: f64,
-    /// The most that a cell of a tile has more than the tile's first one.
-    reach: f64,
+    /// How much more a cell has at its centre, and at the corner that has most.
+    to_centre: f64,
+    to_corner: f64,
 }
 
 impl Edge {
@@ -241,23 +248,39 @@ impl Edge {
         let (x, y) = (side.gradient.0 * grid.cell_x_m, side.gradient.1 * grid.cell_y_m);
         let scale = UNITS / (x.abs() + y.abs());
         let (per_column, per_row) = (-x * scale, -y * scale);
-        // The nearest point is the corner towards which the product with the gradient falls.
-        let to_corner = larger(per_column, 0.0) + larger(per_row, 0.0);
         Self {
-            at_0: side.level * scale + to_corner + SLACK_UNITS,
+            at_0: side.level * scale + SLACK_UNITS,
             per_column,
             per_row,
-            reach: (TILE - 1) as f64 * to_corner,
+            to_centre: 0.5 * (per_column + per_row),
+            to_corner: larger(per_column, 0.0) + larger(per_row, 0.0),
         }
     }
 }
 
-/// The cells of a tile of which a point may lie within all edges.
+/// The sides of a footprint. Kept apart, or they would be worked out where no cell asks for them.
+#[inline(never)]
+fn edges_of<const SIDES: usize>(grid: &Grid, footprint: &impl Footprint<SIDES>) -> [Edge; SIDES] {
+    footprint.sides().map(|side| Edge::new(grid, &side))
+}
+
+/// The cells of a tile that may have a certain point within all edges: the one at which they have so much more at each edge
+/// than at their lower left corner.
 #[inline]
-fn cells_within<const SIDES: usize>(edges: &[Edge; SIDES], column: usize, row: usize) -> u64 {
+fn cells_within<const SIDES: usize>(
+    edges: &[Edge; SIDES],
+    more: [f64; SIDES],
+    column: usize,
+    row: usize,
+) -> u64 {
     let (column, row) = ((column * TILE) as f64, (row * TILE) as f64);
-    let at_first = edges.map(|edge| edge.at_0 + edge.per_row * row + edge.per_column * column);
-    if (0..SIDES).any(|i| at_first[i] + edges[i].reach < 0.0) {
+    let at_first: [f64; SIDES] = std::array::from_fn(|i| {
+        let edge = &edges[i];
+        edge.at_0 + more[i] + edge.per_row * row + edge.per_column * column
+    });
+    // No cell of the tile has more than this.
+    let is_beyond = |i: usize| at_first[i] + (TILE - 1) as f64 * edges[i].to_corner < 0.0;
+    if (0..SIDES).any(is_beyond) {
         return 0;
     }
     // Two rows at a time: what is below 0 is beyond the edge.
@@ -439,7 +462,19 @@ impl CellSet {
         footprint: &impl Footprint<SIDES>,
         mut visit: impl FnMut(Cell),
     ) {
-        grid.for_each_touched(footprint, [self], |tile, [bits]| tile.for_each(bits, &mut visit));
+        let words = |tile: usize| (0, self.words[tile]);
+        grid.for_each_touched(footprint, words, |tile, _, bits| tile.for_each(bits, &mut visit));
+    }
+
+    /// Calls `visit` with every cell of the set whose centre a footprint may hold, once.
+    pub(crate) fn for_each_held<const SIDES: usize>(
+        &self,
+        grid: &Grid,
+        footprint: &impl Footprint<SIDES>,
+        mut visit: impl FnMut(Cell),
+    ) {
+        let words = |tile: usize| (self.words[tile], 0);
+        grid.for_each_touched(footprint, words, |tile, bits, _| tile.for_each(bits, &mut visit));
     }
 
     /// Calls `visit` with the cells of the set in these columns and rows.

@@ -4,6 +4,7 @@
 //! A square root is exact by IEEE 754 and needs no care.
 
 use std::f64::consts::{PI, TAU};
+use std::ops::{Add, Mul};
 
 /// Sine and cosine of `angle_rad`.
 #[must_use]
@@ -11,12 +12,15 @@ pub fn sin_cos(angle_rad: f64) -> (f64, f64) {
     libm::sincos(angle_rad)
 }
 
-/// Quotient of the sine by the angle, and the cosine, of `angle_rad`, which lies within half a radian either way.
+/// Quotient of the sine by the angle, and the cosine, of an angle within half a radian either way, or of a few at once.
 ///
 /// Taylor's series, whose next terms are below 1e-18 there: a third of the work of [`sin_cos`].
 #[must_use]
 #[inline]
-pub fn small_sinc_cos(angle_rad: f64) -> (f64, f64) {
+pub fn small_sinc_cos<T>(angle_rad: T) -> (T, T)
+where
+    T: Copy + From<f64> + Add<Output = T> + Mul<Output = T>,
+{
     // The factorial of an odd number, and that of the even number before it.
     const fn factorials(n: u64) -> (f64, f64) {
         let (mut even, mut i) = (1.0, 1);
@@ -26,10 +30,10 @@ pub fn small_sinc_cos(angle_rad: f64) -> (f64, f64) {
         }
         (even * n as f64, even)
     }
-    const TERMS: [(f64, f64); 9] = {
-        let mut terms = [(1.0, 1.0); 9];
+    const TERMS: [(f64, f64); 8] = {
+        let mut terms = [(1.0, 1.0); 8];
         let mut n = 1;
-        while n < 9 {
+        while n < 8 {
             let (odd, even) = factorials(2 * n as u64 + 1);
             let sign = if n % 2 == 0 { 1.0 } else { -1.0 };
             terms[n] = (sign / odd, sign / even);
@@ -38,9 +42,13 @@ pub fn small_sinc_cos(angle_rad: f64) -> (f64, f64) {
         terms
     };
     let square = angle_rad * angle_rad;
-    TERMS.iter().rev().fold((0.0, 0.0), |(sinc, cos), &(of_sinc, of_cos)| {
-        (sinc * square + of_sinc, cos * square + of_cos)
-    })
+    let (of_sinc, of_cos) = TERMS[TERMS.len() - 1];
+    TERMS.iter().rev().skip(1).fold(
+        (of_sinc.into(), of_cos.into()),
+        |(sinc, cos), &(of_sinc, of_cos)| {
+            (sinc * square + of_sinc.into(), cos * square + of_cos.into())
+        },
+    )
 }
 
 /// Angle of the vector (`x`, `y`) in [-pi, pi].

@@ -14,9 +14,9 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Adds a stretch of `length_m` that mowed `weeds` weeds.
-    pub fn add(&mut self, length_m: f64, weeds: usize) {
-        self.distance_m += length_m;
+    /// Takes in a stretch that mowed `weeds` weeds; with it `driven_m` are driven.
+    pub fn add(&mut self, driven_m: f64, weeds: usize) {
+        self.distance_m = driven_m;
         self.weeds_mowed +=
             u32::try_from(weeds).expect("a scenario holds at most ten million weeds");
     }

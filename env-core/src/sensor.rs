@@ -1,17 +1,17 @@
 //! The weed sensor.
 
-use crate::deck::Ahead;
 use crate::geometry::{Frame, Sight, Triangle};
 use crate::grid::Cell;
 use crate::ground::SeenGround;
-use crate::mower::{MAX_PIECE_M, Piece};
-use crate::weeds::Weeds;
+use crate::motion::{MAX_PIECE_M, Piece};
+use crate::weeds::{Ahead, Weeds};
 
 /// A camera that sees a triangle in front of the mower, without error and at once.
 #[derive(Debug, Clone)]
 pub struct Sensor {
     triangle: Triangle,
-    ahead: Ahead,
+    /// What comes in sight for the first time on a piece, and at the end of which stretch.
+    ahead: Ahead<u32>,
     detected: Vec<u32>,
     seen: Vec<Cell>,
 }
@@ -48,53 +48,53 @@ impl Sensor {
 
     /// Finds what will come in sight on a piece, before its stretches are driven.
     pub fn prepare(&mut self, piece: &Piece, weeds: &Weeds, ground: &SeenGround) {
-        match piece.sight(self.triangle) {
-            Some(sight) => self.prepare_for(&sight, weeds, ground),
-            None => self.ahead.clear(),
-        }
+        let Self { triangle, ahead, .. } = self;
+        let looks = piece.looks_at();
+        let seen_at = |point| {
+            let seen_from = triangle.seen_from(piece.stops(), point) & looks;
+            (seen_from != 0).then(|| seen_from.trailing_zeros())
+        };
+        weeds.find_undetected(&piece.sight(triangle), seen_at, ground, ahead);
     }
 
-    fn prepare_for(&mut self, sight: &Sight, weeds: &Weeds, ground: &SeenGround) {
-        let Ahead { weeds: found, cells } = &mut self.ahead;
-        weeds.find_undetected(sight, ground, found, cells);
-    }
-
-    /// Looks from a pose that it is prepared for.
+    /// Whether nothing comes in sight on the piece that it is prepared for.
+    #[must_use]
     #[inline]
-    pub fn look(&mut self, from: &Frame, weeds: &mut Weeds) -> Percept<'_> {
-        self.detected.clear();
-        self.seen.clear();
-        if !self.ahead.is_empty() {
-            self.look_ahead(from, weeds);
-        }
-        Percept { detected: &self.detected, seen: &self.seen }
+    pub fn is_idle(&self) -> bool {
+        self.ahead.is_empty()
     }
 
-    fn look_ahead(&mut self, from: &Frame, weeds: &mut Weeds) {
-        let Self { triangle, ahead, detected, seen } = self;
-        let grid = weeds.grid();
-        ahead.weeds.retain(|&weed| {
-            let is_out = triangle.contains(from, weeds.positions()[weed as usize]);
+    /// Looks at the end of a stretch of the piece that it is prepared for.
+    #[inline]
+    pub fn look(&mut self, stretch: u32, weeds: &mut Weeds) -> Percept<'_> {
+        let Self { ahead, detected, seen, .. } = self;
+        detected.clear();
+        seen.clear();
+        if !ahead.is_empty() {
             // A weed that was mowed meanwhile is nowhere to be seen.
-            detected.extend((is_out && !weeds.is_mowed()[weed as usize]).then_some(weed));
-            !is_out
-        });
-        ahead.cells.retain(|&cell| {
-            let is_out = triangle.contains(from, grid.centre(cell.column, cell.row));
-            seen.extend(is_out.then_some(cell));
-            !is_out
-        });
-        weeds.detect(detected);
+            let is_in_sight =
+                |&(weed, at): &(u32, u32)| at == stretch && !weeds.is_mowed()[weed as usize];
+            detected.extend(
+                ahead.weeds.iter().filter(|entry| is_in_sight(entry)).map(|&(weed, _)| weed),
+            );
+            seen.extend(
+                ahead.cells.iter().filter(|&&(_, at)| at == stretch).map(|&(cell, _)| cell),
+            );
+            weeds.detect(detected);
+        }
+        Percept { detected, seen }
     }
 
     /// Looks from a pose at once.
     pub fn look_around(
         &mut self,
-        from: Frame,
+        from: &Frame,
         weeds: &mut Weeds,
         ground: &SeenGround,
     ) -> Percept<'_> {
-        self.prepare_for(&Sight::new(self.triangle, &[from]), weeds, ground);
-        self.look(&from, weeds)
+        let Self { triangle, ahead, .. } = self;
+        let seen_at = |point| triangle.contains(from, point).then_some(0);
+        weeds.find_undetected(&Sight::from(triangle, from), seen_at, ground, ahead);
+        self.look(0, weeds)
     }
 }

@@ -4,6 +4,9 @@ use crate::config::ValidScenario;
 use crate::geometry::{Pose, boustrophedon_length};
 use crate::math::floor_index;
 
+/// How far beyond the headland's border counts as on it, metres.
+const BORDER_M: f64 = 1e-9;
+
 /// The public numbers of a scenario. Nothing about weeds is among them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {
@@ -62,8 +65,22 @@ impl Site {
 
     /// Whether the mower may stand here: on the pasture or its headland.
     #[must_use]
+    #[inline]
     pub fn allows(&self, pose: Pose) -> bool {
-        let reach_m = self.headland_m + 1e-9;
+        self.allows_within(pose, self.headland_m + BORDER_M)
+    }
+
+    /// Whether the mower may stand wherever a way leads that leaves the line from `start` to `end` by `sagitta_m` at most;
+    /// near the border perhaps not, though it may.
+    #[must_use]
+    #[inline]
+    pub fn allows_between(&self, start: Pose, end: Pose, sagitta_m: f64) -> bool {
+        let reach_m = self.headland_m - sagitta_m;
+        self.allows_within(start, reach_m) && self.allows_within(end, reach_m)
+    }
+
+    #[inline]
+    fn allows_within(&self, pose: Pose, reach_m: f64) -> bool {
         (-reach_m..=self.length_m + reach_m).contains(&pose.x_m)
             && (-reach_m..=self.width_m + reach_m).contains(&pose.y_m)
     }

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::way::{Fence, Way};
 use crate::geometry::{Departure, Frame, Point, Pose};
 use crate::math::{atan2, floor_index, sin_cos, wrap_to_tau};
-use crate::mower::LOOK_SPACING_M;
+use crate::motion::LOOK_SPACING_M;
 use crate::site::Site;
 
 /// Number of headings at which a place may be approached.

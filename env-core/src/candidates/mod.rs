@@ -13,10 +13,10 @@ use approach::{Approach, Headings};
 use tiles::{Column, Tiles};
 
 use crate::config::ActionConfig;
-use crate::geometry::{Footprint, Frame, Point, Pose, Sight, Triangle};
+use crate::geometry::{Frame, Point, Pose, Sight, Triangle};
 use crate::grid::Grid;
 use crate::known::KnownWeed;
-use crate::mower::LOOK_SPACING_M;
+use crate::motion::LOOK_SPACING_M;
 use crate::site::Site;
 use crate::view::View;
 
@@ -307,13 +307,12 @@ fn unseen_share(from: Frame, view: &View) -> f64 {
     if ground.unseen_count() == 0 {
         return 0.0;
     }
-    let looks = [from];
-    let sight = Sight::new(Triangle::new(site.sensor_range_m, site.sensor_width_m), &looks);
+    let triangle = Triangle::new(site.sensor_range_m, site.sensor_width_m);
     let grid = ground.grid();
     let (side_x_m, side_y_m) = grid.cell_m();
     let mut unseen = 0_u32;
-    ground.unseen().for_each_touched(grid, &sight, |cell| {
-        unseen += u32::from(sight.contains(grid.centre(cell.column, cell.row)));
+    ground.unseen().for_each_held(grid, &Sight::from(&triangle, &from), |cell| {
+        unseen += u32::from(triangle.contains(&from, grid.centre(cell.column, cell.row)));
     });
     let triangle_m2 = 0.5 * site.sensor_range_m * site.sensor_width_m;
     (f64::from(unseen) * side_x_m * side_y_m / triangle_m2).min(1.0)

@@ -4,10 +4,8 @@ use super::Point;
 
 /// A convex shape on the ground with so many sides.
 ///
-/// Its ranges and sides may be too wide, never too narrow; [`Footprint::contains`] decides.
+/// Its ranges and sides may be too wide, never too narrow.
 pub trait Footprint<const SIDES: usize> {
-    /// Whether a point of the world lies in the shape, borders included.
-    fn contains(&self, point: Point) -> bool;
     /// Lowest and highest x of the shape, metres.
     fn x_range(&self) -> (f64, f64);
     /// Lowest and highest y of the shape, metres.

@@ -97,16 +97,17 @@ impl BarSweep {
             bulge_m,
         }
     }
-}
 
-impl Footprint<4> for BarSweep {
+    /// Whether a point of the world lies on the ground that the bar passes over.
+    ///
     /// Exact and inclusive: between the two bar lines, and within half a width of the arc.
     ///
     /// With (a, l) the offsets in the start frame and k the curvature, `rho = |(k a, 1 - k l)|` is the distance from the
     /// turning centre in units of the radius, and `|1 - rho| / |k|` the distance from the arc; multiplied out, nothing
     /// is divided by k. A bar that reaches beyond its turning centre sweeps the opposite wedge backwards as well.
+    #[must_use]
     #[inline]
-    fn contains(&self, point: Point) -> bool {
+    pub fn contains(&self, point: Point) -> bool {
         let (ahead, left) = self.start.offsets_to(point);
         let border_m = self.border_m;
         // Most points fail one of these two, before the root is taken.
@@ -129,7 +130,9 @@ impl Footprint<4> for BarSweep {
         }
         1.0 + rho <= k.abs() * reach_m
     }
+}
 
+impl Footprint<4> for BarSweep {
     #[inline]
     fn x_range(&self) -> (f64, f64) {
         self.x_range

@@ -1,13 +1,15 @@
 //! The weeds of an episode: where they stand, which were detected, which were mowed.
 
+mod ahead;
 mod index;
 mod placement;
 
 use crate::geometry::{Footprint, Point};
-use crate::grid::{Cell, CellSet, Grid};
+use crate::grid::{CellSet, Grid};
 use crate::ground::SeenGround;
 use index::CellIndex;
 
+pub use ahead::Ahead;
 pub use placement::draw;
 
 /// All weeds of an episode, found through the grid.
@@ -84,57 +86,62 @@ impl Weeds {
         }
     }
 
-    /// Writes the standing weeds in `footprint` to `found`, ascending, and the unseen cells with their centre in it to `cells`.
-    pub fn find_standing<const SIDES: usize>(
+    /// Finds the standing weeds, and the unseen cells by their centre, for which `test` has an answer; it has none for points
+    /// outside `footprint`.
+    pub fn find_standing<const SIDES: usize, T>(
         &self,
         footprint: &impl Footprint<SIDES>,
+        test: impl Fn(Point) -> Option<T>,
         ground: &SeenGround,
-        found: &mut Vec<u32>,
-        cells: &mut Vec<Cell>,
+        ahead: &mut Ahead<T>,
     ) {
         let is_sought = |weed: usize| !self.is_mowed[weed];
-        self.find(footprint, &self.unmowed_cells, is_sought, ground, found, cells);
+        self.find(footprint, test, &self.unmowed_cells, is_sought, ground, ahead);
     }
 
     /// The same with the standing weeds that were not detected yet.
-    pub fn find_undetected<const SIDES: usize>(
+    pub fn find_undetected<const SIDES: usize, T>(
         &self,
         footprint: &impl Footprint<SIDES>,
+        test: impl Fn(Point) -> Option<T>,
         ground: &SeenGround,
-        found: &mut Vec<u32>,
-        cells: &mut Vec<Cell>,
+        ahead: &mut Ahead<T>,
     ) {
         let is_sought = |weed: usize| !self.is_mowed[weed] && !self.is_detected[weed];
-        self.find(footprint, &self.undetected_cells, is_sought, ground, found, cells);
+        self.find(footprint, test, &self.undetected_cells, is_sought, ground, ahead);
     }
 
     /// Weeds and ground are looked up in one go, since the same cells are touched.
     #[inline]
-    fn find<const SIDES: usize>(
+    fn find<const SIDES: usize, T>(
         &self,
         footprint: &impl Footprint<SIDES>,
+        test: impl Fn(Point) -> Option<T>,
         weed_cells: &CellSet,
         is_sought: impl Fn(usize) -> bool,
         ground: &SeenGround,
-        found: &mut Vec<u32>,
-        cells: &mut Vec<Cell>,
+        ahead: &mut Ahead<T>,
     ) {
         let Self { grid, index, .. } = self;
-        found.clear();
-        cells.clear();
-        grid.for_each_touched(footprint, [ground.unseen(), weed_cells], |tile, [unseen, weeds]| {
+        ahead.clear();
+        let Ahead { weeds: found, cells } = ahead;
+        let (unseen, weed_cells) = (ground.unseen().words(), weed_cells.words());
+        let words = |tile: usize| (unseen[tile], weed_cells[tile]);
+        grid.for_each_touched(footprint, words, |tile, unseen, weeds| {
             tile.for_each(unseen, |cell| {
-                cells
-                    .extend(footprint.contains(grid.centre(cell.column, cell.row)).then_some(cell));
+                cells.extend(test(grid.centre(cell.column, cell.row)).map(|answer| (cell, answer)));
             });
             tile.for_each(weeds, |cell| {
-                found.extend(index.in_cell(cell).iter().filter_map(|&(weed, position)| {
-                    let is_found = footprint.contains(position) && is_sought(weed as usize);
-                    is_found.then_some(weed)
-                }));
+                for &(weed, position) in index.in_cell(cell) {
+                    if let Some(answer) = test(position)
+                        && is_sought(weed as usize)
+                    {
+                        found.push((weed, answer));
+                    }
+                }
             });
         });
-        found.sort_unstable();
+        found.sort_unstable_by_key(|&(weed, _)| weed);
     }
 
     /// Takes note that these standing weeds were mowed.

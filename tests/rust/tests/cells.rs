@@ -3,29 +3,34 @@
 use std::collections::BTreeSet;
 
 use proptest::prelude::*;
-use swath_core::geometry::{Arc, BarSweep, Footprint, Frame, Point, Pose, Sight, Triangle};
+use swath_core::geometry::{Arc, BarSweep, Frame, Point, Pose, Sight, Triangle};
 use swath_core::grid::{Cell, CellSet, Grid};
 use swath_tests::cases::cases;
 
 /// Either of the two shapes that a mower puts on the ground.
 #[derive(Debug, Clone)]
 enum Shape {
-    Sight { triangle: Triangle, looks: Vec<Frame> },
+    Sight { triangle: Triangle, start: Frame, curvature_per_m: f64, length_m: f64 },
     Sweep(BarSweep),
 }
 
 impl Shape {
     fn contains(&self, point: Point) -> bool {
         match self {
-            Self::Sight { triangle, looks } => Sight::new(*triangle, looks).contains(point),
+            Self::Sight { triangle, start, curvature_per_m, length_m } => [0.0, 0.5, 1.0]
+                .map(|share| start.advanced(*curvature_per_m, share * length_m))
+                .iter()
+                .any(|look| triangle.contains(look, point)),
             Self::Sweep(sweep) => sweep.contains(point),
         }
     }
 
     fn for_each_touched(&self, set: &CellSet, grid: &Grid, visit: impl FnMut(Cell)) {
         match self {
-            Self::Sight { triangle, looks } => {
-                set.for_each_touched(grid, &Sight::new(*triangle, looks), visit);
+            Self::Sight { triangle, start, curvature_per_m, length_m } => {
+                let end = start.advanced(*curvature_per_m, *length_m);
+                let sight = Sight::along(triangle, start, &end, *curvature_per_m, *length_m);
+                set.for_each_touched(grid, &sight, visit);
             }
             Self::Sweep(sweep) => set.for_each_touched(grid, sweep, visit),
         }
@@ -58,15 +63,15 @@ fn headings() -> impl Strategy<Value = f64> + Clone {
 fn shapes(length_m: f64, width_m: f64) -> impl Strategy<Value = (Shape, Point)> {
     let pose = (-15.0..length_m + 15.0, -15.0..width_m + 15.0, headings())
         .prop_map(|(x_m, y_m, heading_rad)| Pose::new(x_m, y_m, heading_rad));
-    let look = (0.0..=1.0, -1.0..=1.0, 0..4_usize);
-    let sight = (pose.clone(), 0.3..40.0, 0.1..40.0, -2.0..2.0_f64, 1..5_usize, look).prop_map(
-        |(pose, range_m, wide_m, curvature_per_m, count, (along, across, index))| {
-            let looks: Vec<_> = (0..count)
-                .map(|i| Frame::from(pose).advanced(curvature_per_m, 0.2 * i as f64))
-                .collect();
+    let look = (0.0..=1.0, -1.0..=1.0, 0.0..=1.0);
+    let sight = (pose.clone(), 0.3..40.0, 0.1..40.0, -2.0..2.0_f64, 0.0..0.6, look).prop_map(
+        |(pose, range_m, wide_m, curvature_per_m, length_m, (along, across, share))| {
+            let start = Frame::from(pose);
+            let look = start.advanced(curvature_per_m, share * length_m);
             let in_it = Point::new(along * range_m, 0.5 * along * across * wide_m);
-            let point = looks[index % count].pose.world_from_mower() * in_it;
-            (Shape::Sight { triangle: Triangle::new(range_m, wide_m), looks }, point)
+            let point = look.pose.world_from_mower() * in_it;
+            let triangle = Triangle::new(range_m, wide_m);
+            (Shape::Sight { triangle, start, curvature_per_m, length_m }, point)
         },
     );
     let sweep = (pose, -2.0..2.0_f64, 0.0..=1.0, 0.1..8.0, (0.0..=1.0, -1.0..=1.0)).prop_map(

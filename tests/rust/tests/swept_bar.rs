@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 use swath_core::action::Command;
-use swath_core::geometry::{Arc, BarSweep, Footprint, Point, Pose};
+use swath_core::geometry::{Arc, BarSweep, Point, Pose};
 use swath_tests::cases::cases;
 use swath_tests::oracle::{BAND_M, driven, first_under_the_bar, is_under_the_moving_bar, offsets};
 use swath_tests::scene::{curvature_shares, poses};
