@@ -1,5 +1,7 @@
 //! What the mower knows: the ground it has seen and the weeds it has still to mow.
 
+use std::sync::Arc;
+
 use crate::deck::Cut;
 use crate::grid::{CellSet, Grid};
 use crate::ground::SeenGround;
@@ -21,7 +23,7 @@ pub struct Belief {
 impl Belief {
     /// A mower that knows nothing yet.
     #[must_use]
-    pub fn new(grid: Grid) -> Self {
+    pub fn new(grid: Arc<Grid>) -> Self {
         let (length_m, width_m) = grid.size_m();
         Self {
             ground: SeenGround::none(grid),

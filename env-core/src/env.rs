@@ -3,6 +3,7 @@
 //! Read [`Env::step`]: one line a phase, in the order of the modules of this crate. Where a weed is mowed is the line of
 //! the deck; who may see it, the line of the sensor; what it is worth, the line of the reward.
 
+mod setup;
 mod snapshot;
 mod summary;
 
@@ -14,42 +15,35 @@ use std::sync::Arc;
 use crate::action::{Action, ActionDecoder, ActionError, ActionSpec, Command, Order};
 use crate::belief::Belief;
 use crate::candidates::{Candidates, Purpose};
-use crate::config::{ActionKind, NamedStart, ObservationKind, RewardConfig, Start, ValidScenario};
-use crate::deck::Deck;
+use crate::config::{ActionKind, NamedStart, ObservationKind, Start, ValidScenario};
 use crate::episode::{End, Episode, Limits};
 use crate::geometry::{Point, Pose};
 use crate::grid::Grid;
 use crate::mower::Mower;
 use crate::observation::{Encoder, ObservationMut, ObservationSpec};
 use crate::reward::{RewardTerms, Tally};
+use crate::rig::Rig;
 use crate::rng::{self, Stream};
-use crate::sensor::Sensor;
 use crate::site::Site;
 use crate::view::View;
 use crate::weeds::{self, Weeds};
+use setup::Setup;
 
 /// One pasture with one mower.
 #[derive(Debug, Clone)]
 pub struct Env {
-    /// Shared by the clones of an environment, and seldom read: what every step needs stands beside it.
-    scenario: Arc<ValidScenario>,
-    scenario_hash: [u8; 32],
-    reward: RewardConfig,
-    site: Site,
-    decoder: ActionDecoder,
+    setup: Arc<Setup>,
     limits: Limits,
+    mower: Mower,
+    episode: Episode,
+    belief: Belief,
+    weeds: Weeds,
+    rig: Box<Rig>,
     encoder: Encoder,
     seed: u64,
     episodes: u64,
-    weeds: Weeds,
-    mower: Mower,
-    deck: Deck,
-    sensor: Sensor,
-    belief: Belief,
-    /// Where the action kind or the observation needs them.
-    /// Apart, since few scenarios have them.
+    /// Where the action kind or the observation needs them; apart, since few scenarios do.
     candidates: Option<Box<Candidates>>,
-    episode: Episode,
 }
 
 /// What a step brought.
@@ -93,27 +87,25 @@ impl Env {
     /// An environment that waits for its first reset.
     #[must_use]
     pub fn new(scenario: &ValidScenario) -> Self {
-        let site = Site::new(scenario);
+        let setup = Setup::new(scenario);
+        let site = &setup.site;
         let grid = Grid::new(site.length_m, site.width_m);
-        let limits = Limits::new(scenario, &site, grid.cells());
+        let limits = Limits::new(scenario, site, grid.cells());
+        let candidates = needs_candidates(scenario)
+            .then(|| Box::new(Candidates::new(&scenario.action, site, grid)));
+        let grid = Arc::new(grid);
         Self {
-            scenario: Arc::new(scenario.clone()),
-            scenario_hash: scenario.hash(),
-            reward: scenario.reward.clone(),
-            site,
-            decoder: ActionDecoder::new(scenario),
             limits,
+            mower: Mower::at(start_pose(scenario)),
+            episode: Episode::unstarted(),
+            belief: Belief::new(Arc::clone(&grid)),
+            weeds: Weeds::none(grid),
+            rig: Box::new(Rig::new(site)),
             encoder: Encoder::new(scenario, limits.budget_m()),
             seed: 0,
             episodes: 0,
-            weeds: Weeds::none(grid),
-            mower: Mower::at(start_pose(scenario)),
-            deck: Deck::new(site.deck_width_m),
-            sensor: Sensor::new(site.sensor_range_m, site.sensor_width_m),
-            belief: Belief::new(grid),
-            candidates: needs_candidates(scenario)
-                .then(|| Box::new(Candidates::new(&scenario.action, &site, grid))),
-            episode: Episode::unstarted(),
+            candidates,
+            setup: Arc::new(setup),
         }
     }
 
@@ -149,7 +141,7 @@ impl Env {
 
     fn begin(&mut self, beginning: Beginning) {
         let Beginning { weeds: given, start } = beginning;
-        let site = &self.site;
+        let site = &self.setup.site;
         assert!(
             given.into_iter().flatten().all(|weed| site.holds(weed.x, weed.y)),
             "weeds stand on the pasture"
@@ -160,7 +152,8 @@ impl Env {
         );
         let seed = rng::episode_seed(self.seed, self.episodes);
         self.episodes += 1;
-        let Self { scenario, weeds, .. } = self;
+        let Self { setup, weeds, .. } = self;
+        let scenario = &setup.scenario;
         weeds.plant(|planted| match given {
             Some(given) => planted.extend_from_slice(given),
             None => weeds::draw(
@@ -174,9 +167,9 @@ impl Env {
         self.reserve();
         self.encoder.reset();
         self.episode = Episode::started();
-        self.mower = Mower::at(start.unwrap_or_else(|| start_pose(&self.scenario)));
-        let Self { sensor, mower, weeds, belief, .. } = self;
-        let percept = sensor.look_around(&mower.frame(), weeds, belief.ground());
+        self.mower = Mower::at(start.unwrap_or_else(|| start_pose(&self.setup.scenario)));
+        let Self { rig, mower, weeds, belief, .. } = self;
+        let percept = rig.sensor.look_around(&mower.frame(), weeds, belief.ground());
         self.belief.absorb_percept(&percept, &self.weeds);
         if let Some(candidates) = &mut self.candidates {
             candidates.reset();
@@ -186,8 +179,7 @@ impl Env {
     /// Makes room for whatever an episode may bring, so that its steps allocate nothing.
     fn reserve(&mut self) {
         self.belief.reserve(self.weeds.positions().len());
-        self.deck.reserve(&self.weeds);
-        self.sensor.reserve(&self.weeds);
+        self.rig.reserve(&self.weeds);
     }
 
     /// One step of the Gymnasium environment: drives as `action` says, for at most one control period; with the action
@@ -206,7 +198,7 @@ impl Env {
         observation: ObservationMut,
     ) -> Result<Step, ActionError> {
         observation.check(self.encoder.spec().sizes());
-        let (order, is_clipped) = self.decoder.decode(action)?; // action
+        let (order, is_clipped) = self.setup.decoder.decode(action)?; // action
         let step = match order {
             Order::Drive(command) => Step { is_clipped, ..self.drive(command)? },
             Order::Target(place) => self.pursue(place)?,
@@ -257,27 +249,28 @@ impl Env {
         if let Some(candidates) = &mut self.candidates {
             candidates.expire();
         }
-        let command = self.limits.cut(self.decoder.check(command)?, self.mower.path_m());
+        let command = self.limits.cut(self.setup.decoder.check(command)?, self.mower.path_m());
         let (mut tally, mut is_off_site) = (Tally::default(), false);
+        let Rig { deck, sensor } = self.rig.as_mut();
         let mut motion = self.mower.motion(command);
         'motion: while let Some(piece) = motion.next_piece() {
-            self.deck.prepare(&piece, &self.weeds, self.belief.ground());
-            self.sensor.prepare(&piece, &self.weeds, self.belief.ground());
+            deck.prepare(&piece, &self.weeds, self.belief.ground());
+            sensor.prepare(&piece, &self.weeds, self.belief.ground());
             // Most pieces bring nothing new: the mower drives on.
-            if self.deck.is_idle() && self.sensor.is_idle() && piece.is_within(&self.site) {
+            if deck.is_idle() && sensor.is_idle() && piece.is_within(&self.setup.site) {
                 self.mower.follow_all(&piece);
                 tally.distance_m = piece.driven_m();
                 continue;
             }
             for stretch in piece.stretches() {
                 self.mower.follow(&stretch); // mower
-                let cut = self.deck.mow(&stretch, &mut self.weeds); // deck
+                let cut = deck.mow(&stretch, &mut self.weeds); // deck
                 tally.add(stretch.driven_m, cut.mowed.len());
                 self.belief.absorb_cut(&cut);
                 if stretch.ends_at_look {
-                    let percept = self.sensor.look(stretch.index, &mut self.weeds); // sensor
+                    let percept = sensor.look(stretch.index, &mut self.weeds); // sensor
                     self.belief.absorb_percept(&percept, &self.weeds); // belief
-                    is_off_site = !self.site.allows(stretch.end.pose);
+                    is_off_site = !self.setup.site.allows(stretch.end.pose);
                 }
                 if is_off_site {
                     break 'motion;
@@ -285,10 +278,10 @@ impl Env {
             }
         }
         self.mower.rest();
-        let view = View::new(&self.site, &self.mower, &self.belief);
+        let view = View::new(&self.setup.site, &self.mower, &self.belief);
         let end = self.episode.judge(&view, &self.limits, is_off_site); // end
         tally.forfeit_m = self.limits.forfeit_m(end, view.path_m);
-        let terms = RewardTerms::score(&self.reward, &tally); // reward
+        let terms = RewardTerms::score(&self.setup.reward, &tally); // reward
         let Tally { weeds_mowed, distance_m, .. } = tally;
         Ok(Step { terms, end, weeds_mowed, distance_m, is_clipped: false })
     }
@@ -299,7 +292,7 @@ impl Env {
     ///
     /// If `observation` is not one row of [`Env::observation_spec`].
     pub fn observe(&mut self, observation: ObservationMut) {
-        let view = View::new(&self.site, &self.mower, &self.belief);
+        let view = View::new(&self.setup.site, &self.mower, &self.belief);
         if let Some(candidates) = &mut self.candidates {
             candidates.refresh(&view);
         }
@@ -312,7 +305,7 @@ impl Env {
     ///
     /// If neither the action kind nor the observation has candidates.
     pub fn candidates(&mut self) -> &Candidates {
-        let view = View::new(&self.site, &self.mower, &self.belief);
+        let view = View::new(&self.setup.site, &self.mower, &self.belief);
         let candidates = self.candidates.as_mut().expect("this scenario has candidates");
         candidates.refresh(&view);
         candidates
@@ -324,41 +317,48 @@ impl Env {
     ///
     /// If `mask` does not have one place for each choice; continuous kinds have none.
     pub fn action_mask(&mut self, mask: &mut [bool]) {
-        let choices = match self.decoder.spec() {
+        let choices = match self.setup.decoder.spec() {
             ActionSpec::Discrete(choices) => choices,
             ActionSpec::Continuous(_) => 0,
         };
         assert_eq!(mask.len(), choices, "the mask has one place for each choice");
         mask.fill(true);
-        if self.decoder.kind() == ActionKind::Target {
+        if self.setup.decoder.kind() == ActionKind::Target {
             for (is_open, row) in mask.iter_mut().zip(self.candidates().rows()) {
                 *is_open = row.is_some();
             }
         }
     }
 
+    /// Hands the memory that steps work in to another environment of the same scenario, and takes its own.
+    ///
+    /// Environments that are stepped in turn hand it on, so that it stays in the cache.
+    pub(crate) fn hand_on(&mut self, next: &mut Self) {
+        std::mem::swap(&mut self.rig, &mut next.rig);
+    }
+
     /// All that an agent may know.
     #[must_use]
     pub fn view(&self) -> View<'_> {
-        View::new(&self.site, &self.mower, &self.belief)
+        View::new(&self.setup.site, &self.mower, &self.belief)
     }
 
     /// The scenario that the environment was made for.
     #[must_use]
     pub fn scenario(&self) -> &ValidScenario {
-        &self.scenario
+        &self.setup.scenario
     }
 
     /// The scenario's public numbers.
     #[must_use]
     pub fn site(&self) -> &Site {
-        &self.site
+        &self.setup.site
     }
 
     /// How actions are read, and how commands become actions.
     #[must_use]
     pub fn decoder(&self) -> &ActionDecoder {
-        &self.decoder
+        &self.setup.decoder
     }
 
     /// The parts of an observation.

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use smallvec::SmallVec;
 use wide::i16x16;
 
 use crate::geometry::{Footprint, Point, Side};
@@ -347,14 +348,17 @@ impl Tile {
 /// A set of cells, one bit each.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CellSet {
-    words: Vec<u64>,
+    words: SmallVec<[u64; NEAR_WORDS]>,
 }
+
+/// So many words of a set lie within it, and no further memory has to be fetched: those of 100 m by 40 m, and a few more.
+const NEAR_WORDS: usize = 72;
 
 impl CellSet {
     /// No cell of `grid`.
     #[must_use]
     pub fn empty(grid: &Grid) -> Self {
-        Self { words: vec![0; grid.tile_columns * grid.tile_rows] }
+        Self { words: SmallVec::from_elem(0, grid.tile_columns * grid.tile_rows) }
     }
 
     /// Every cell of `grid`.
@@ -371,7 +375,7 @@ impl CellSet {
         let all = Self::full(grid);
         let fits = words.len() == all.words.len()
             && words.iter().zip(&all.words).all(|(word, all)| word & !all == 0);
-        fits.then_some(Self { words })
+        fits.then(|| Self { words: words.into() })
     }
 
     /// The bits: a word a tile, tiles row by row, and within a tile the cells row by row, lowest bit first.

@@ -1,6 +1,7 @@
 //! The ground seen so far.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::geometry::Point;
 use crate::grid::{Cell, CellSet, Grid, TILE};
@@ -9,7 +10,7 @@ use crate::math::{floor_index, larger, smaller};
 /// Which cells of the pasture have been seen: their centre was inside the triangle at a look, or under the bar.
 #[derive(Debug, Clone)]
 pub struct SeenGround {
-    grid: Grid,
+    grid: Arc<Grid>,
     unseen: CellSet,
     unseen_count: usize,
 }
@@ -17,8 +18,8 @@ pub struct SeenGround {
 impl SeenGround {
     /// Nothing seen yet.
     #[must_use]
-    pub fn none(grid: Grid) -> Self {
-        Self { grid, unseen: CellSet::full(&grid), unseen_count: grid.cells() }
+    pub fn none(grid: Arc<Grid>) -> Self {
+        Self { unseen: CellSet::full(&grid), unseen_count: grid.cells(), grid }
     }
 
     /// Forgets everything.

@@ -1,6 +1,7 @@
 //! The weeds that a mower has still to mow, as far as it knows.
 
 use std::ops::{Deref, Range};
+use std::sync::Arc;
 
 use crate::geometry::Point;
 use crate::grid::{Cell, CellSet, Grid};
@@ -28,9 +29,9 @@ const GROWTH: usize = 2;
 #[derive(Debug, Clone)]
 pub struct KnownWeeds {
     list: Vec<KnownWeed>,
-    grid: Grid,
+    grid: Arc<Grid>,
     /// Buckets that hold a weed.
-    occupied: CellSet,
+    occupied: Box<CellSet>,
     /// For each of them the first weed of its chain, by number.
     first: Vec<u32>,
     /// For each weed number its position, and the next weed of its bucket.
@@ -52,8 +53,9 @@ impl KnownWeeds {
     pub fn none(length_m: f64, width_m: f64) -> Self {
         let side_m = (length_m * width_m / BUCKETS).sqrt().max(BUCKET_M);
         let grid = Grid::with_cells_of(side_m, length_m, width_m);
-        let occupied = CellSet::empty(&grid);
+        let occupied = Box::new(CellSet::empty(&grid));
         let first = vec![NONE; 64 * occupied.words().len()];
+        let grid = Arc::new(grid);
         Self { list: Vec::new(), grid, occupied, first, chain: Vec::new(), removals: 0 }
     }
 

@@ -44,6 +44,7 @@ pub mod motion;
 pub mod mower;
 pub mod deck;
 pub mod sensor;
+mod rig;
 pub mod belief;
 pub mod view;
 pub mod candidates;

@@ -54,7 +54,12 @@ impl Rows<'_> {
         // Said here once, the lengths need no check at every row.
         let (last, mut out) = (&mut last[..envs.len()], out.first(envs.len()));
         let mut ended = 0;
-        for (row, (env, state)) in envs.iter_mut().zip(states).enumerate() {
+        for row in 0..envs.len() {
+            let (before, from_here) = envs.split_at_mut(row);
+            let (env, state) = (&mut from_here[0], &mut states[row]);
+            if let Some(last) = before.last_mut() {
+                last.hand_on(env);
+            }
             let (mut observation, rest) = observations.split_at(1, form.sizes);
             observations = rest;
             if *state == State::Ended {

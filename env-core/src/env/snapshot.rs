@@ -66,7 +66,7 @@ impl Env {
     pub fn snapshot(&self) -> Vec<u8> {
         let state = State {
             version: VERSION,
-            scenario: self.scenario_hash,
+            scenario: self.setup.scenario_hash,
             seed: self.seed,
             episodes: self.episodes,
             weeds_m: self.weeds.positions().iter().map(|weed| (weed.x, weed.y)).collect(),
@@ -107,7 +107,7 @@ impl Env {
         if !rest.is_empty() {
             return Err(SnapshotError::Damaged { got: format!("{} bytes too many", rest.len()) });
         }
-        if state.scenario != self.scenario_hash {
+        if state.scenario != self.setup.scenario_hash {
             return Err(SnapshotError::Scenario);
         }
         if state.are_limits_lifted != self.limits.are_lifted() {
@@ -143,7 +143,7 @@ impl Env {
         };
         let rules = [
             ("flags for other weeds", state.is_mowed.len() == state.weeds_m.len()),
-            ("weeds off the pasture", state.weeds_m.iter().all(|&(x, y)| self.site.holds(x, y))),
+            ("weeds off the pasture", state.weeds_m.iter().all(|&(x, y)| self.setup.site.holds(x, y))),
             ("a pose that is no pose", [x_m, y_m, heading_rad].iter().all(|v| v.is_finite())),
             ("looks that do not fit the path", Mower::looks_fit(state.path_m, state.looks)),
             ("detections of no weed", state.weed_of.iter().all(|&weed| is_new(weed))),

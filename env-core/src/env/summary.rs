@@ -34,7 +34,7 @@ impl Env {
         let count = |flags: &[bool]| flags.iter().filter(|&&flag| flag).count();
         Summary {
             path_length_m: self.mower.path_m(),
-            bcp_length_m: self.site.bcp_length_m,
+            bcp_length_m: self.setup.site.bcp_length_m,
             weeds_total: self.weeds.positions().len(),
             weeds_detected: count(self.weeds.is_detected()),
             weeds_mowed: count(self.weeds.is_mowed()),

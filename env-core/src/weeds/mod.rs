@@ -4,6 +4,8 @@ mod ahead;
 mod index;
 mod placement;
 
+use std::sync::Arc;
+
 use crate::geometry::{Footprint, Point};
 use crate::grid::{CellSet, Grid};
 use crate::ground::SeenGround;
@@ -18,11 +20,11 @@ pub use placement::draw;
 /// whatever grows there.
 #[derive(Debug, Clone)]
 pub struct Weeds {
-    grid: Grid,
+    grid: Arc<Grid>,
     positions: Vec<Point>,
     is_detected: Vec<bool>,
     is_mowed: Vec<bool>,
-    index: CellIndex,
+    index: Box<CellIndex>,
     /// Cells that hold a weed neither detected nor mowed.
     undetected_cells: CellSet,
     /// Cells that hold a weed not mowed.
@@ -32,14 +34,14 @@ pub struct Weeds {
 impl Weeds {
     /// A pasture without weeds.
     #[must_use]
-    pub fn none(grid: Grid) -> Self {
+    pub fn none(grid: Arc<Grid>) -> Self {
         let cells = CellSet::empty(&grid);
         Self {
-            grid,
             positions: Vec::new(),
             is_detected: Vec::new(),
             is_mowed: Vec::new(),
-            index: CellIndex::none(&grid),
+            index: Box::new(CellIndex::none(&grid)),
+            grid,
             undetected_cells: cells.clone(),
             unmowed_cells: cells,
         }
@@ -175,8 +177,8 @@ impl Weeds {
 
     /// The cells that the weeds are found through.
     #[must_use]
-    pub fn grid(&self) -> Grid {
-        self.grid
+    pub fn grid(&self) -> &Grid {
+        &self.grid
     }
 
     /// Where the weeds stand, in the order in which they were drawn or given; world frame, metres.

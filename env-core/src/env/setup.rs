@@ -1,0 +1,27 @@
+//! What all environments of a scenario share.
+
+use crate::action::ActionDecoder;
+use crate::config::{RewardConfig, ValidScenario};
+use crate::site::Site;
+
+/// What never changes, kept in one place for all environments of a scenario: an environment of its own holds what does.
+#[derive(Debug)]
+pub(super) struct Setup {
+    pub(super) scenario: ValidScenario,
+    pub(super) scenario_hash: [u8; 32],
+    pub(super) site: Site,
+    pub(super) decoder: ActionDecoder,
+    pub(super) reward: RewardConfig,
+}
+
+impl Setup {
+    pub(super) fn new(scenario: &ValidScenario) -> Self {
+        Self {
+            scenario: scenario.clone(),
+            scenario_hash: scenario.hash(),
+            site: Site::new(scenario),
+            decoder: ActionDecoder::new(scenario),
+            reward: scenario.reward.clone(),
+        }
+    }
+}
