@@ -176,8 +176,11 @@ impl Grid {
             let in_rows = rows_within(&rows, row);
             for column in tile_columns.clone() {
                 let index = first + column;
-                let in_box = in_rows & columns_within(&columns, column);
                 let (centres, grounds) = words(index);
+                if centres | grounds == 0 {
+                    continue;
+                }
+                let in_box = in_rows & columns_within(&columns, column);
                 let (mut centres, mut grounds) = (centres & in_box, grounds & in_box);
                 if centres | grounds == 0 {
                     continue;

@@ -59,8 +59,9 @@ pub struct Piece {
     start_m: f64,
     /// Ways driven in the command where the stretches end; those that are left over end with the last one.
     ends_m: [f64; FRAMES],
-    is_look: [bool; FRAMES],
+    /// How many of them there are, and how many end at a look: the first ones.
     count: usize,
+    looks: usize,
     /// Where the stretches end: most pieces bring nothing new, and nobody asks.
     stops: OnceCell<Frames>,
 }
@@ -75,35 +76,37 @@ impl Motion {
     #[inline]
     pub fn next_piece(&mut self) -> Option<Piece> {
         let Command { curvature_per_m, distance_m } = self.command;
-        let turn_per_m = curvature_per_m.abs();
-        let (start_m, mut driven_m) = (self.driven_m, self.driven_m);
-        let (mut ends_m, mut is_look) = ([0.0; FRAMES], [false; FRAMES]);
-        let mut count = 0;
-        while count < FRAMES {
-            let look_m = self.looks as f64 * LOOK_SPACING_M - self.start_path_m;
-            if driven_m >= distance_m && look_m > distance_m + LOOK_SLACK_M {
-                break;
-            }
-            let mut to_m = larger(smaller(look_m, distance_m), driven_m);
-            if (to_m - start_m) * turn_per_m > MAX_TURN_RAD {
-                if count > 0 {
-                    break;
-                }
-                to_m = driven_m + MAX_TURN_RAD / turn_per_m;
-            }
-            driven_m = to_m;
-            ends_m[count] = to_m;
-            is_look[count] = look_m <= to_m + LOOK_SLACK_M;
-            self.looks += u64::from(is_look[count]);
-            count += 1;
-        }
-        if count == 0 {
+        let (start_m, taken) = (self.driven_m, self.looks as f64);
+        let next_look_m = taken * LOOK_SPACING_M - self.start_path_m;
+        if start_m >= distance_m && next_look_m > distance_m + LOOK_SLACK_M {
             return None;
         }
-        ends_m[count..].fill(driven_m);
+        let looks_m: [f64; FRAMES] =
+            std::array::from_fn(|i| (taken + i as f64) * LOOK_SPACING_M - self.start_path_m);
+        let mut ends_m = looks_m.map(|look_m| larger(smaller(look_m, distance_m), start_m));
+        let until = |end_m: f64| {
+            looks_m.iter().take_while(|&&look_m| look_m <= end_m + LOOK_SLACK_M).count()
+        };
+        let mut looks = until(distance_m);
+        // Behind the last look the way may go on.
+        let looked_m = if looks == 0 { start_m } else { ends_m[looks - 1] };
+        let mut count = looks + usize::from(looks < FRAMES && looked_m < distance_m);
+        let turn_per_m = curvature_per_m.abs();
+        let is_gentle = |end_m: &f64| (end_m - start_m) * turn_per_m <= MAX_TURN_RAD;
+        if !is_gentle(&ends_m[count - 1]) {
+            count = ends_m.iter().take_while(|end_m| is_gentle(end_m)).count();
+            if count == 0 {
+                (count, ends_m[0]) = (1, start_m + MAX_TURN_RAD / turn_per_m);
+            }
+            let end_m = ends_m[count - 1];
+            ends_m[count..].fill(end_m);
+            looks = until(end_m).min(count);
+        }
+        self.looks += looks as u64;
+        self.driven_m = ends_m[FRAMES - 1];
         let start = self.at;
-        let end = start.advanced(curvature_per_m, driven_m - start_m);
-        (self.driven_m, self.at) = (driven_m, end);
+        let end = start.advanced(curvature_per_m, self.driven_m - start_m);
+        self.at = end;
         let (start_path_m, stops) = (self.start_path_m, OnceCell::new());
         Some(Piece {
             start,
@@ -112,8 +115,8 @@ impl Motion {
             start_path_m,
             start_m,
             ends_m,
-            is_look,
             count,
+            looks,
             stops,
         })
     }
@@ -146,11 +149,9 @@ impl Piece {
         site.allows_between(self.start.pose, self.end.pose, sagitta_m)
     }
 
-    /// Which stretches end at a look, lowest bit first.
-    #[must_use]
-    #[inline]
-    pub(crate) fn looks_at(&self) -> u32 {
-        self.is_look.iter().rev().fold(0, |bits, &is_look| bits << 1 | u32::from(is_look))
+    /// How many of its stretches end at a look: the first ones.
+    pub(crate) fn looks(&self) -> usize {
+        self.looks
     }
 
     /// Where the stretches end; those that are left over end with the last one.
@@ -175,7 +176,7 @@ impl Piece {
                 length_m: driven_m - start_m,
                 driven_m,
                 path_m: self.start_path_m + driven_m,
-                ends_at_look: self.is_look[place],
+                ends_at_look: place < self.looks,
             };
             (start, start_m) = (end, driven_m);
             stretch

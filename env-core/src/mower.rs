@@ -17,7 +17,7 @@ impl Mower {
     /// A mower that has just been put down at `pose`; its look at path 0 is taken.
     #[must_use]
     pub fn at(pose: Pose) -> Self {
-        Self::restore(pose, 0.0, 1)
+        Self::restore(pose.into(), 0.0, 1)
     }
 
     /// Whether a mower that has come `path_m` has taken `looks` looks, one more or less for rounding.
@@ -25,8 +25,8 @@ impl Mower {
         path_m >= 0.0 && (path_m / LOOK_SPACING_M + 1.0 - looks as f64).abs() <= 1.0 + LOOK_SLACK_M
     }
 
-    pub(crate) fn restore(pose: Pose, path_m: f64, looks: u64) -> Self {
-        Self { at: pose.into(), path_m, looks }
+    pub(crate) fn restore(at: Frame, path_m: f64, looks: u64) -> Self {
+        Self { at, path_m, looks }
     }
 
     /// Where the mower stands.
@@ -74,14 +74,17 @@ impl Mower {
     /// Moves along a piece at once.
     pub fn follow_all(&mut self, piece: &Piece) {
         (self.at, self.path_m) = (*piece.end(), piece.path_m());
-        self.looks += u64::from(piece.looks_at().count_ones());
+        self.looks += piece.looks() as u64;
     }
 
-    /// Comes to rest: turns beyond half a circle are taken off, and the direction is found from the heading, so that
-    /// rounding does not add up over commands.
+    /// Comes to rest: turns beyond half a circle are taken off, and the direction gets its length of 1 back, which rounding
+    /// took from it.
     pub(crate) fn rest(&mut self) {
-        let heading_rad = wrap_to_pi(self.at.pose.heading_rad);
-        self.at = Pose { heading_rad, ..self.at.pose }.into();
+        let Frame { pose, cos, sin } = self.at;
+        // One step of Newton's towards the root: what is missing is its square, far below the last bit.
+        let scale = 1.5 - 0.5 * (cos * cos + sin * sin);
+        let pose = Pose { heading_rad: wrap_to_pi(pose.heading_rad), ..pose };
+        self.at = Frame { pose, cos: scale * cos, sin: scale * sin };
     }
 }
 

@@ -49,7 +49,7 @@ impl Sensor {
     /// Finds what will come in sight on a piece, before its stretches are driven.
     pub fn prepare(&mut self, piece: &Piece, weeds: &Weeds, ground: &SeenGround) {
         let Self { triangle, ahead, .. } = self;
-        let looks = piece.looks_at();
+        let looks = !(u32::MAX << piece.looks());
         let seen_at = |point| {
             let seen_from = triangle.seen_from(piece.stops(), point) & looks;
             (seen_from != 0).then(|| seen_from.trailing_zeros())

@@ -8,12 +8,12 @@ use sha2::{Digest, Sha256};
 
 use super::Env;
 use crate::episode::Episode;
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Frame, Point, Pose};
 use crate::grid::CellSet;
 use crate::mower::Mower;
 
 /// Raised with every change of the layout.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// Bytes that cannot be restored; the environment is as it was.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -51,6 +51,8 @@ struct State {
     weeds_m: Vec<(f64, f64)>,
     is_mowed: Vec<bool>,
     pose: Pose,
+    /// Cosine and sine of the heading, which the mower turns on its own.
+    direction: (f64, f64),
     path_m: f64,
     looks: u64,
     unseen: Vec<u64>,
@@ -64,6 +66,7 @@ impl Env {
     /// The whole state as bytes.
     #[must_use]
     pub fn snapshot(&self) -> Vec<u8> {
+        let Frame { pose, cos, sin } = self.mower.frame();
         let state = State {
             version: VERSION,
             scenario: self.setup.scenario_hash,
@@ -71,7 +74,8 @@ impl Env {
             episodes: self.episodes,
             weeds_m: self.weeds.positions().iter().map(|weed| (weed.x, weed.y)).collect(),
             is_mowed: self.weeds.is_mowed().to_vec(),
-            pose: self.mower.pose(),
+            pose,
+            direction: (cos, sin),
             path_m: self.mower.path_m(),
             looks: self.mower.looks(),
             unseen: self.belief.ground().unseen().words().to_vec(),
@@ -118,11 +122,12 @@ impl Env {
             CellSet::from_words(self.belief.ground().grid(), state.unseen).ok_or_else(|| {
                 SnapshotError::Damaged { got: "ground of another pasture".to_owned() }
             })?;
+        let at = Frame { pose: state.pose, cos: state.direction.0, sin: state.direction.1 };
         self.seed = state.seed;
         self.episodes = state.episodes;
         let positions = state.weeds_m.iter().map(|&(x_m, y_m)| Point::new(x_m, y_m)).collect();
         self.weeds.restore(positions, &state.weed_of, state.is_mowed);
-        self.mower = Mower::restore(state.pose, state.path_m, state.looks);
+        self.mower = Mower::restore(at, state.path_m, state.looks);
         self.belief.restore(unseen, state.weed_of, &self.weeds);
         self.reserve();
         self.encoder.reset();
@@ -141,10 +146,19 @@ impl Env {
             Some(flag) => !std::mem::replace(flag, true),
             None => false,
         };
+        let Frame { cos, sin, .. } = state.pose.into();
+        let is_near = |a: f64, b: f64| (a - b).abs() < 1e-9;
         let rules = [
             ("flags for other weeds", state.is_mowed.len() == state.weeds_m.len()),
-            ("weeds off the pasture", state.weeds_m.iter().all(|&(x, y)| self.setup.site.holds(x, y))),
+            (
+                "weeds off the pasture",
+                state.weeds_m.iter().all(|&(x, y)| self.setup.site.holds(x, y)),
+            ),
             ("a pose that is no pose", [x_m, y_m, heading_rad].iter().all(|v| v.is_finite())),
+            (
+                "a direction that is not the pose's",
+                is_near(cos, state.direction.0) && is_near(sin, state.direction.1),
+            ),
             ("looks that do not fit the path", Mower::looks_fit(state.path_m, state.looks)),
             ("detections of no weed", state.weed_of.iter().all(|&weed| is_new(weed))),
         ];
