@@ -6,7 +6,7 @@ use smallvec::SmallVec;
 use wide::i16x16;
 
 use crate::geometry::{Footprint, Point, Side};
-use crate::math::{floor_index, larger, smaller};
+use crate::math::{floor_index, larger, number, smaller};
 
 /// Slack that keeps the ranges on the safe side of rounding, metres.
 const SLACK_M: f64 = 1e-6;
@@ -129,7 +129,8 @@ impl Grid {
     #[inline]
     #[must_use]
     pub fn centre(&self, column: usize, row: usize) -> Point {
-        Point::new((column as f64 + 0.5) * self.cell_x_m, (row as f64 + 0.5) * self.cell_y_m)
+        let (x, y) = (number(column) + 0.5, number(row) + 0.5);
+        Point::new(x * self.cell_x_m, y * self.cell_y_m)
     }
 
     /// The tile that holds a cell, and the cell's bit in it.
@@ -277,7 +278,7 @@ fn cells_within<const SIDES: usize>(
     column: usize,
     row: usize,
 ) -> u64 {
-    let (column, row) = ((column * TILE) as f64, (row * TILE) as f64);
+    let (column, row) = (number(column * TILE), number(row * TILE));
     let at_first: [f64; SIDES] = std::array::from_fn(|i| {
         let edge = &edges[i];
         edge.at_0 + more[i] + edge.per_row * row + edge.per_column * column

@@ -98,6 +98,14 @@ pub fn floor_index(value: f64) -> usize {
     (value as i32).max(0) as usize
 }
 
+/// The number of a cell, or a count, below four thousand million. Two instructions, where a cast takes half a dozen.
+#[must_use]
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "grids have far fewer cells")]
+pub fn number(index: usize) -> f64 {
+    f64::from(index as u32)
+}
+
 /// The larger of two numbers; the second if either is NaN. One instruction, where `f64::max` takes several.
 #[must_use]
 #[inline]
