@@ -22,7 +22,13 @@ impl CellIndex {
     pub(super) fn none(grid: &Grid) -> Self {
         let occupied = CellSet::empty(grid);
         let word_first = vec![0; occupied.words().len()];
-        Self { by_cell: Vec::new(), occupied, cell_first: vec![0], word_first, place_of: Vec::new() }
+        Self {
+            by_cell: Vec::new(),
+            occupied,
+            cell_first: vec![0],
+            word_first,
+            place_of: Vec::new(),
+        }
     }
 
     /// Sorts weeds anew, and calls `visit` with each of them and its cell.
