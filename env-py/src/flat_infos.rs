@@ -5,7 +5,7 @@ use pyo3::types::{PyBool, PyDict, PyList};
 
 /// Lists of infos, a dictionary a row.
 ///
-/// A list and a dictionary that nobody else holds any more are handed out again, as CPython's own `zip` does with its
+/// A list and a dictionary that nobody else holds any more are handed out again, as Python's own `zip` does with its
 /// tuple: to make a dictionary a row is dear beside the step. Whoever keeps one keeps it as it is.
 #[derive(Default)]
 pub(crate) struct FlatInfos {
