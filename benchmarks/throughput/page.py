@@ -35,8 +35,8 @@ CartPole is driven with random actions; its steps that do nothing but reset are 
 EnvPool steps on a thread of its own: it is measured pinned to one core and free to use two, and the better counts.
 The NumPy batch (`benchmarks/throughput/numpy_env.py`) gives the same rewards, but keeps no seen ground: 30 of the 39
 numbers of an observation, and no goal.
-A rollout is 128 steps of PPO's own `collect_rollouts` with `MlpPolicy`, torch on one thread; the environment that does
-nothing returns the same arrays at every step.
+A rollout is PPO's own `collect_rollouts` with its defaults, 2048 steps with `MlpPolicy`, torch on one thread; the
+environment that does nothing returns the same arrays at every step.
 
 Every run is in `RESULTS.csv` beside this page.
 """

@@ -1,8 +1,9 @@
 //! Actions from Python: of one environment, and of a batch.
 
+use numpy::ndarray::Dimension;
 use numpy::{
-    PyArray1, PyArray2, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods, PyUntypedArray,
-    PyUntypedArrayMethods, get_array_module,
+    Element, PyArray, PyArray1, PyArray2, PyArrayDescrMethods, PyArrayDyn, PyArrayMethods,
+    PyUntypedArray, PyUntypedArrayMethods, get_array_module,
 };
 use pyo3::prelude::*;
 use swath_core::action::{Action, ActionSpec};
@@ -88,7 +89,7 @@ impl ActionBuffer {
         self.numbers.clear();
         if let Ok(array) = actions.cast::<PyArray2<f32>>() {
             check_shape(array.shape(), &shape)?;
-            self.numbers.extend(array.readonly().as_array());
+            append(array, &mut self.numbers);
             return Ok(());
         }
         let array = float64_array(actions).map_err(|_| {
@@ -112,7 +113,7 @@ impl ActionBuffer {
         self.choices.clear();
         if let Ok(array) = actions.cast::<PyArray1<i64>>() {
             check_shape(array.shape(), &shape)?;
-            self.choices.extend(array.readonly().as_array());
+            append(array, &mut self.choices);
             return Ok(());
         }
         let wrong = |got: String| {
@@ -134,6 +135,15 @@ impl ActionBuffer {
         check_shape(array.shape(), &shape)?;
         self.choices.extend(array.readonly().as_array());
         Ok(())
+    }
+}
+
+/// Puts the numbers of an array behind those that are there, row by row; at once where they lie side by side.
+fn append<T: Element + Copy, D: Dimension>(array: &Bound<PyArray<T, D>>, numbers: &mut Vec<T>) {
+    let array = array.readonly();
+    match array.as_slice() {
+        Ok(slice) => numbers.extend_from_slice(slice),
+        Err(_) => numbers.extend(array.as_array()),
     }
 }
 

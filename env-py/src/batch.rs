@@ -13,6 +13,7 @@ use swath_core::observation::ObservationMut;
 
 use crate::action::ActionBuffer;
 use crate::errors::Error;
+use crate::flat_infos::FlatInfos;
 use crate::infos::{Columns, Put, final_infos, infos, put_summaries, table};
 use crate::observations::ObservationArrays;
 use crate::scenario::Scenario;
@@ -47,6 +48,7 @@ pub(crate) struct Batch {
     /// Sum of the rewards and number of the steps of each row's present episode, for `step_flat`.
     returns: Vec<f64>,
     lengths: Vec<u64>,
+    flat_infos: FlatInfos,
 }
 
 /// The columns of a step.
@@ -98,6 +100,7 @@ impl Batch {
             table,
             returns: vec![0.0; num_envs],
             lengths: vec![0; num_envs],
+            flat_infos: FlatInfos::default(),
         })
     }
 
@@ -192,27 +195,22 @@ impl Batch {
             self.returns[row] += reward;
             self.lengths[row] += 1;
         }
-        let key = pyo3::intern!(py, "TimeLimit.truncated");
-        let info = |&is_truncated: &bool| {
-            let info = PyDict::new(py);
-            info.set_item(key, is_truncated)?;
-            Ok(info)
-        };
-        let infos: Vec<_> = table.truncated.iter().map(info).collect::<PyResult<_>>()?;
+        let infos = self.flat_infos.list(py, &table.truncated)?;
         let is_done = table.ended();
         let mut ended_rows = Vec::new();
         if ended > 0 {
             ended_rows.extend((0..is_done.len()).filter(|&row| is_done[row]));
         }
         for &row in &ended_rows {
-            self.write_last(row, &infos[row], elapsed_s)?;
+            let info = infos.get_item(row)?.cast_into().map_err(PyErr::from)?;
+            self.write_last(row, &info, elapsed_s)?;
             (self.returns[row], self.lengths[row]) = (0.0, 0);
         }
         #[expect(clippy::cast_possible_truncation, reason = "stable-baselines3 keeps float32")]
         let reward: Vec<f32> = self.table.reward.iter().map(|&reward| reward as f32).collect();
         let reward = PyArray1::from_slice(py, &reward);
         let is_done = PyArray1::from_slice(py, &is_done);
-        Ok((observation, reward, is_done, PyList::new(py, infos)?, ended_rows))
+        Ok((observation, reward, is_done, infos, ended_rows))
     }
 
     /// Which choices of the action are open, (rows, choices); an `AttributeError` where actions are no choices.

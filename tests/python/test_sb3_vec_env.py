@@ -109,6 +109,28 @@ def test_whatever_is_returned_stays_as_it_is():
     assert len(set(infos)) == len(infos)
 
 
+def test_what_is_done_to_an_info_never_shows_in_a_later_one():
+    env, untouched = make(3, seed=0), make(3, seed=0)
+    for vector in (env, untouched):
+        vector.reset()
+    changes = [
+        lambda infos: infos[0].update(mine=1),
+        lambda infos: infos[1].clear(),
+        lambda infos: infos[2].update({"TimeLimit.truncated": True}),
+        lambda infos: infos.pop(),
+        lambda infos: infos.reverse(),
+        lambda infos: infos.__setitem__(0, infos[1]),
+        lambda infos: infos.__setitem__(0, None),
+    ]
+    for at, actions in enumerate(tape(env, 60)):
+        infos, expected = env.step(actions)[3], untouched.step(actions)[3]
+        for got, info in zip(infos, expected, strict=True):
+            assert got.keys() == info.keys()
+            assert got["TimeLimit.truncated"] is info["TimeLimit.truncated"]
+        assert len({id(info) for info in infos}) == 3
+        changes[at % len(changes)](infos)
+
+
 # Learners
 
 

@@ -16,8 +16,6 @@ from stable_baselines3.common.vec_env import VecEnv
 import swath
 from swath.throughput import ENV_ID
 
-_STEPS = 128
-
 
 class NullVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is read as untyped
     """Returns the same arrays at every step: the speed that the learner would have if environments cost nothing."""
@@ -55,7 +53,7 @@ class NullVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is read as u
 
 
 def measure(case: dict[str, Any]) -> Run:
-    """Collects rollouts of 128 steps with an untrained MlpPolicy, torch on one thread."""
+    """Collects rollouts as PPO does by default, with an untrained MlpPolicy, torch on one thread."""
     torch.set_num_threads(1)
     num_envs = case["num_envs"]
     if case["face"] == "null":
@@ -63,11 +61,11 @@ def measure(case: dict[str, Any]) -> Run:
         vec: Any = NullVecEnv(num_envs, env.observation_space, env.action_space)
     else:
         vec = import_module("swath.sb3").make_vec_env(ENV_ID, num_envs=num_envs, weeds={"count": case["weeds"]})
-    model = PPO("MlpPolicy", vec, n_steps=_STEPS, seed=0, device="cpu")
+    model = PPO("MlpPolicy", vec, seed=0, device="cpu")
     _, callback = model._setup_learn(total_timesteps=10**9)
 
     def collect() -> None:
-        model.collect_rollouts(model.env, callback, model.rollout_buffer, _STEPS)
+        model.collect_rollouts(model.env, callback, model.rollout_buffer, model.n_steps)
 
     collect()
     rollouts = 0
@@ -75,7 +73,7 @@ def measure(case: dict[str, Any]) -> Run:
     while time.process_time() - cpu_s < case["enough_s"]:
         collect()
         rollouts += 1
-    run = Run(rollouts * _STEPS * num_envs, time.process_time() - cpu_s, time.perf_counter() - wall_s)
+    run = Run(rollouts * model.n_steps * num_envs, time.process_time() - cpu_s, time.perf_counter() - wall_s)
     vec.close()
     return run
 

@@ -13,6 +13,8 @@ pub(super) struct CellIndex {
     cell_first: Vec<u32>,
     /// For each word of `occupied` how many cells come before it.
     word_first: Vec<u32>,
+    /// Tile and bit of each weed's cell; of use only while the index is built.
+    place_of: Vec<(usize, u32)>,
 }
 
 impl CellIndex {
@@ -20,33 +22,57 @@ impl CellIndex {
     pub(super) fn none(grid: &Grid) -> Self {
         let occupied = CellSet::empty(grid);
         let word_first = vec![0; occupied.words().len()];
-        Self { by_cell: Vec::new(), occupied, cell_first: vec![0], word_first }
+        Self {
+            by_cell: Vec::new(),
+            occupied,
+            cell_first: vec![0],
+            word_first,
+            place_of: Vec::new(),
+        }
     }
 
-    /// Sorts weeds anew.
-    pub(super) fn build(&mut self, grid: &Grid, positions: &[Point]) {
-        let Self { by_cell, occupied, cell_first, word_first } = self;
-        let count = |length: usize| {
-            u32::try_from(length).expect("a scenario holds at most ten million weeds")
-        };
-        by_cell.clear();
-        by_cell.extend((0..count(positions.len())).zip(positions.iter().copied()));
-        by_cell.sort_unstable_by_key(|&(weed, position)| {
-            let (column, row) = grid.cell_of(position);
-            (grid.place(column, row), weed)
-        });
+    /// Sorts weeds anew, and calls `visit` with each of them and its cell.
+    pub(super) fn build(
+        &mut self,
+        grid: &Grid,
+        positions: &[Point],
+        mut visit: impl FnMut(usize, Cell),
+    ) {
+        let Self { by_cell, occupied, cell_first, word_first, place_of } = self;
         occupied.clear();
-        cell_first.clear();
-        for (place, &(_, position)) in by_cell.iter().enumerate() {
-            if occupied.insert(grid.cell_at(position)) {
-                cell_first.push(count(place));
-            }
-        }
-        cell_first.push(count(by_cell.len()));
+        place_of.clear();
+        place_of.extend(positions.iter().enumerate().map(|(weed, &position)| {
+            let cell = grid.cell_at(position);
+            occupied.insert(cell);
+            visit(weed, cell);
+            (cell.tile, cell.bit)
+        }));
         let mut cells = 0;
         for (first, word) in word_first.iter_mut().zip(occupied.words()) {
             *first = cells;
             cells += word.count_ones();
+        }
+        // How many weeds each cell has; summed up, the place behind its last one.
+        cell_first.clear();
+        cell_first.reserve(positions.len() + 1);
+        cell_first.resize(cells as usize + 1, 0);
+        for (tile, bit) in place_of.iter_mut() {
+            let rank = word_first[*tile] as usize + occupied.rank_in_tile(*tile, *bit);
+            cell_first[rank] += 1;
+            *tile = rank;
+        }
+        let mut end = 0;
+        for first in cell_first.iter_mut() {
+            end += *first;
+            *first = end;
+        }
+        // From the last weed to the first, so that those of a cell come out ascending, and its first place is left.
+        by_cell.clear();
+        by_cell.resize(positions.len(), (0, Point::origin()));
+        let count = u32::try_from(positions.len()).expect("at most ten million weeds");
+        for ((weed, &position), &(rank, _)) in (0..count).zip(positions).zip(&*place_of).rev() {
+            cell_first[rank] -= 1;
+            by_cell[cell_first[rank] as usize] = (weed, position);
         }
     }
 

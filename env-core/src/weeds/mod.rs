@@ -74,18 +74,18 @@ impl Weeds {
 
     /// Builds the index from positions, and the sets of cells from flags.
     fn index(&mut self) {
-        self.index.build(&self.grid, &self.positions);
-        self.undetected_cells.clear();
-        self.unmowed_cells.clear();
-        for (weed, &position) in
-            self.positions.iter().enumerate().filter(|&(weed, _)| !self.is_mowed[weed])
-        {
-            let cell = self.grid.cell_at(position);
-            self.unmowed_cells.insert(cell);
-            if !self.is_detected[weed] {
-                self.undetected_cells.insert(cell);
+        let Self { grid, positions, is_detected, is_mowed, index, .. } = self;
+        let (undetected, unmowed) = (&mut self.undetected_cells, &mut self.unmowed_cells);
+        undetected.clear();
+        unmowed.clear();
+        index.build(grid, positions, |weed, cell| {
+            if !is_mowed[weed] {
+                unmowed.insert(cell);
+                if !is_detected[weed] {
+                    undetected.insert(cell);
+                }
             }
-        }
+        });
     }
 
     /// Finds the standing weeds, and the unseen cells by their centre, for which `test` has an answer; it has none for points
