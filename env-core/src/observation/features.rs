@@ -111,6 +111,7 @@ impl FeatureEncoder {
         }
 
         let cap_m = RAY_RANGES * site.sensor_range_m;
+        let per_cap = 1.0 / cap_m;
         let mut rays = rays.iter_mut();
         let directions = self
             .rays
@@ -118,7 +119,7 @@ impl FeatureEncoder {
             .map(|&(ahead, left)| (cos * ahead - sin * left, sin * ahead + cos * left));
         view.ground.ranges_to_unseen(pose.position(), directions, cap_m, |range_m| {
             if let Some(range) = rays.next() {
-                *range = share(range_m / cap_m);
+                *range = (range_m * per_cap) as f32;
             }
         });
     }
