@@ -10,7 +10,7 @@
 //! |---|---|
 //! | [`math`], [`geometry`] | exact arcs, Dubins words, the swept bar and the triangle |
 //! | [`config`], [`rng`] | a scenario, checked once; random numbers, one stream per purpose |
-//! | [`site`], [`grid`], [`known`], [`rays`], [`ground`], [`weeds`] | the pasture: its public numbers, its cells, what is known to grow on it and was seen, what does |
+//! | [`site`], [`grid`], [`known`], [`ground`], [`weeds`] | the pasture: its public numbers, its cells, what is known to grow on it and was seen, what does |
 //! | [`action`], [`mower`] | from an agent's numbers to a motion |
 //! | [`deck`] | **where a weed is mowed** |
 //! | [`sensor`], [`belief`], [`view`] | **who may see it**: what a look shows, what the mower remembers, what an agent gets |
@@ -37,7 +37,6 @@ pub mod rng;
 pub mod site;
 pub mod grid;
 pub mod known;
-pub mod rays;
 pub mod ground;
 pub mod weeds;
 pub mod action;

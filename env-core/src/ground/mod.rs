@@ -1,10 +1,13 @@
 //! The ground seen so far.
 
+mod rays;
+
 use std::ops::Range;
 
 use crate::geometry::Point;
 use crate::grid::{Cell, CellSet, Grid};
-use crate::rays::Rays;
+
+use rays::Rays;
 
 /// Which cells of the pasture have been seen: their centre was inside the triangle at a look, or under the bar.
 #[derive(Debug, Clone)]
@@ -88,16 +91,18 @@ impl SeenGround {
         }
     }
 
-    /// Gives `visit` the distances from `origin` to the nearest point of an unseen cell in some directions (cosine and sine
-    /// of the bearing in the world frame), metres, at most `cap_m`. Outside the pasture there is nothing to see.
+    /// Gives `visit` the distances from `origin` to the nearest point of an unseen cell in some directions, metres, at most
+    /// `cap_m`. A direction is the cosine and sine of a bearing from the heading, whose own are `heading`. Outside the pasture
+    /// there is nothing to see.
     #[inline]
     pub fn ranges_to_unseen(
         &self,
         origin: Point,
-        directions: impl Iterator<Item = (f64, f64)>,
+        heading: (f64, f64),
+        directions: &[(f64, f64)],
         cap_m: f64,
         visit: impl FnMut(f64),
     ) {
-        Rays::new(&self.grid, &self.unseen, origin, cap_m).ranges_m(directions, visit);
+        Rays::new(&self.grid, &self.unseen, origin, cap_m).ranges_m(heading, directions, visit);
     }
 }

@@ -8,35 +8,33 @@ use crate::math::{floor_index, larger, smaller};
 
 /// A ray that moves slower than this along an axis, in cells a metre, counts as if it moved so fast: it gets nowhere.
 const STANDSTILL: f64 = 1e-30;
-/// A tile and the pasture end so much earlier, as a share of the way there or of their size, so that rounding leads no ray
-/// beyond.
-const HAIR: f64 = 1e-10;
+/// By this share of their size the pasture and its tiles end earlier, so that rounding leads no ray beyond them.
+const HAIR: f64 = 1e-12;
 /// Half a tile, in cells.
 const HALF_TILE: f64 = 0.5 * TILE as f64;
-/// Added to a number below 2^51, leaves no bits for a fraction: the lowest ones are those of the nearest whole number.
+/// A number so large has no bits left for a fraction; added to a smaller one, its lowest bits are the nearest whole number.
 const NO_FRACTION: f64 = 1.5 * (1_u64 << 52) as f64;
 
-/// Steps along x, y, or both at once, in places of a row-by-row list; only 1, 2 and 3 are asked for.
+/// What takes a ray on by a column (1), by a row (2) or by both (3), in places of a list of rows.
 type Steps = [usize; 4];
 
-/// Steps in a list with rows of that many places, by the signs of the ray: 1 where it goes down along x, 2 along y.
+/// The steps where a row has so many places, by the quadrant of the ray.
 const fn steps(columns: usize) -> [Steps; 4] {
     let (left, down) = (usize::MAX, columns.wrapping_neg());
     [
-        [0, 1, columns, columns + 1],
-        [0, left, columns, columns - 1],
+        [0, 1, columns, columns.wrapping_add(1)],
+        [0, left, columns, columns.wrapping_add(left)],
         [0, 1, down, down.wrapping_add(1)],
-        [0, left, down, down.wrapping_sub(1)],
+        [0, left, down, down.wrapping_add(left)],
     ]
 }
-
-const CELL_STEPS: [Steps; 4] = steps(TILE);
 
 /// The rays from one point through the cells of a set.
 ///
 /// A ray walks from cell to cell (Amanatides & Woo, 1987, "A Fast Voxel Traversal Algorithm for Ray Tracing"), and over a
-/// tile without cells of the set at once. Pairs are of x and y, and in cells unless they say metres.
-pub(crate) struct Rays<'a> {
+/// tile without cells of the set at once. Pairs are of x and y, in cells unless they say metres; which axis comes next is
+/// worked out without a branch, since no processor could foresee it.
+pub(super) struct Rays<'a> {
     words: &'a [u64],
     tiles: (usize, usize),
     tile_steps: [Steps; 4],
@@ -47,15 +45,15 @@ pub(crate) struct Rays<'a> {
     half: f64x2,
     /// From the origin to the middle of the pasture.
     to_middle: f64x2,
+    is_inside: bool,
     /// The tile nearest to the origin, and the way to its middle.
     tile: (usize, f64x2),
-    is_inside: bool,
 }
 
 impl<'a> Rays<'a> {
     /// The rays from `origin`, up to `cap_m` metres long.
     #[inline]
-    pub(crate) fn new(grid: &Grid, cells: &'a CellSet, origin: Point, cap_m: f64) -> Self {
+    pub(super) fn new(grid: &Grid, cells: &'a CellSet, origin: Point, cap_m: f64) -> Self {
         let (x, y) = grid.in_cells(1.0, 1.0);
         let cells_per_m = f64x2::new([x, y]);
         let origin = cells_per_m * f64x2::new([origin.x, origin.y]);
@@ -72,21 +70,26 @@ impl<'a> Rays<'a> {
             origin,
             half,
             to_middle,
-            tile: tile_at(origin, origin, tiles),
             is_inside: larger(beside, beyond) <= 0.0,
+            tile: tile_at(origin, origin, tiles),
         }
     }
 
     /// Gives `visit` how far it is to the nearest point of a cell of the set in some directions (cosine and sine of the
-    /// bearing in the world frame), metres, at most the cap.
+    /// bearing from a heading, whose own are given), metres, at most the cap.
     #[inline]
-    pub(crate) fn ranges_m(
+    pub(super) fn ranges_m(
         &self,
-        directions: impl Iterator<Item = (f64, f64)>,
+        (cos, sin): (f64, f64),
+        directions: &[(f64, f64)],
         mut visit: impl FnMut(f64),
     ) {
+        let ahead = f64x2::new([cos, sin]) * self.cells_per_m;
+        let left = f64x2::new([-sin, cos]) * self.cells_per_m;
+        let mut rays = directions
+            .iter()
+            .map(|&(cos, sin)| self.ray(f64x2::splat(cos) * ahead + f64x2::splat(sin) * left));
         // A ray is worked out before the one ahead of it is followed: the processor need not wait for its quotients.
-        let mut rays = directions.map(|direction| self.ray(direction));
         let mut next = rays.next();
         while let Some(ray) = next {
             next = rays.next();
@@ -94,13 +97,18 @@ impl<'a> Rays<'a> {
         }
     }
 
+    /// The ray that moves so many cells a metre.
     #[inline]
-    fn ray(&self, (cos, sin): (f64, f64)) -> Ray {
-        let along = f64x2::new([cos, sin]) * self.cells_per_m;
+    fn ray(&self, along: f64x2) -> Ray {
         let speed = along.abs().fast_max(f64x2::splat(STANDSTILL));
         let cell_m = f64x2::splat(1.0) / speed;
-        let (signs, quadrant) = (along & f64x2::splat(-0.0), along.to_bitmask() as usize);
-        let mut ray = Ray { speed, cell_m, signs, quadrant, ..Ray::default() };
+        let mut ray = Ray {
+            speed,
+            cell_m,
+            signs: along & f64x2::splat(-0.0),
+            quadrant: along.to_bitmask() as usize,
+            ..Ray::default()
+        };
         let border_m = ray.leaves_m(self.to_middle, self.half * f64x2::splat(1.0 - HAIR));
         ray.end_m = smaller(least(border_m), self.cap_m);
         ray.tile_m = ray.leaves_m(self.tile.1, f64x2::splat(HALF_TILE));
@@ -157,8 +165,8 @@ fn least(pair: f64x2) -> f64 {
     smaller(x, y)
 }
 
-/// Moves a ray over the nearer of the borders that it reaches after so many metres along x and y, or over both if they are
-/// equally near; puts the borders after them in their place. Returns how far it is there, and which: 1 for x, 2 for y, 3 for both.
+/// Takes a ray over the nearer of the next borders of a column and a row, or over both if they are equally near, and puts
+/// those behind them in their place. Returns the way there, and which they are, as [`Steps`] numbers them.
 #[inline]
 fn cross(borders_m: &mut f64x2, apart_m: f64x2) -> (f64, usize) {
     let [x, y] = borders_m.to_array();
@@ -178,7 +186,7 @@ struct Ray {
     cell_m: f64x2,
     /// The sign bits of the direction.
     signs: f64x2,
-    /// Bit 0 is set where the ray goes down along x, bit 1 along y.
+    /// The same as a number: 1 if it goes to the left, and 2 if it goes down.
     quadrant: usize,
     /// Ways to where it leaves the columns and the rows of the tile nearest to the origin.
     tile_m: f64x2,
@@ -187,7 +195,7 @@ struct Ray {
 }
 
 impl Ray {
-    /// Ways to where the ray leaves the columns and the rows of a rectangle; to where it enters them if `half` its size is negative.
+    /// Ways to where the ray leaves the columns and the rows of a rectangle; or enters them, if half the size is negative.
     #[inline]
     fn leaves_m(&self, to_middle: f64x2, half: f64x2) -> f64x2 {
         ((to_middle ^ self.signs) + half) * self.cell_m
@@ -197,24 +205,25 @@ impl Ray {
     /// leaves its columns and rows after `leaves_m`.
     #[inline]
     fn first_hit(&self, word: u64, mut at_m: f64, leaves_m: f64x2) -> Option<f64> {
-        const FLIP: [u64; 4] = [63, 56, 7, 0];
-        // Cells that are left until the tile ends; how many of them are whole ones.
+        /// What makes of the cells left in a tile the number of one, by quadrant.
+        const NUMBERS: [u64; 4] = [0o77, 0o70, 0o07, 0o00];
+        const STEPS: [Steps; 4] = steps(TILE);
+        // How many cells are left in the tile, whole ones and a part of one.
         let left = (leaves_m - f64x2::splat(at_m)) * self.speed;
-        let rounded = (left - f64x2::splat(0.5)).fast_min(f64x2::splat((TILE - 1) as f64))
+        let whole = (left - f64x2::splat(0.5)).fast_min(f64x2::splat((TILE - 1) as f64))
             + f64x2::splat(NO_FRACTION);
-        let part = left - (rounded - f64x2::splat(NO_FRACTION));
+        let part = left - (whole - f64x2::splat(NO_FRACTION));
+        let [x, y] = whole.to_array().map(f64::to_bits);
+        let mut cell = x.wrapping_add(y.wrapping_mul(TILE as u64)) ^ NUMBERS[self.quadrant];
         let mut borders_m = part * self.cell_m + f64x2::splat(at_m);
-        let steps = &CELL_STEPS[self.quadrant];
-        let [x, y] = rounded.to_array().map(f64::to_bits);
-        let mut bit = (x + TILE as u64 * y) ^ FLIP[self.quadrant];
         let end_m = least(leaves_m) * (1.0 - HAIR);
-        while word >> (bit & 63) & 1 == 0 {
+        while word >> (cell % 64) & 1 == 0 {
             let (border_m, crossed) = cross(&mut borders_m, self.cell_m);
             if border_m >= end_m {
                 return None;
             }
             at_m = border_m;
-            bit = bit.wrapping_add(steps[crossed] as u64);
+            cell = cell.wrapping_add(STEPS[self.quadrant][crossed] as u64);
         }
         Some(at_m)
     }
