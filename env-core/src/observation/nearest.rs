@@ -1,6 +1,6 @@
 //! The nearest known weeds, remembered from one observation to the next.
 
-use super::rough::{Near, RoughPositions};
+use super::rough::RoughPositions;
 use crate::geometry::Point;
 use crate::known::{KnownWeed, KnownWeeds, Window, is_before};
 
@@ -59,15 +59,13 @@ impl NearestWeeds {
     /// The nearest weeds to `from`, nearest first, ties by order of detection.
     #[inline(never)]
     pub(super) fn find(&mut self, from: Point, known: &KnownWeeds) -> &[(f64, KnownWeed)] {
-        let (length_m, width_m) = known.size_m();
-        let longest_m = length_m.max(width_m);
-        self.catch_up(known, longest_m);
-        self.rank(from, longest_m);
+        self.catch_up(known);
+        self.rank(from);
         let margin_m = self.window.margin_m(from);
         let is_certain = margin_m == f64::INFINITY
             || (margin_m > 0.0 && margin_m * margin_m > self.limit_m2());
         if !is_certain {
-            self.widen(from, known, longest_m);
+            self.widen(from, known);
         }
         &self.weeds[..self.listed.min(self.count)]
     }
@@ -78,33 +76,42 @@ impl NearestWeeds {
     }
 
     /// Leaves out weeds that were mowed and takes in those that were detected.
-    fn catch_up(&mut self, known: &KnownWeeds, longest_m: f64) {
-        for &number in &known.removed()[self.removals..] {
-            let mut weeds = self.weeds[..self.count].iter();
-            if let Some(place) = weeds.position(|(_, weed)| weed.number == number) {
-                self.count -= 1;
-                self.weeds[place] = self.weeds[self.count];
-                if place >= self.listed {
-                    self.others.copy(self.count - self.listed, place - self.listed);
-                }
-            }
+    fn catch_up(&mut self, known: &KnownWeeds) {
+        let removed = &known.removed()[self.removals..];
+        if !removed.is_empty() {
+            self.removals = known.removed().len();
+            removed.iter().for_each(|&number| self.forget(number));
         }
-        self.removals = known.removed().len();
-        for &weed in known.since(self.next_number) {
-            self.next_number = weed.number + 1;
-            if self.window.contains(weed.position) && !self.remember(weed, longest_m) {
-                self.window = Window::NOWHERE;
+        let detected = known.since(self.next_number);
+        if let Some(last) = detected.last() {
+            self.next_number = last.number + 1;
+            self.others.scale(known.size_m());
+            for &weed in detected {
+                if self.window.contains(weed.position) && !self.remember(weed) {
+                    self.window = Window::NOWHERE;
+                }
             }
         }
     }
 
+    /// Leaves out a weed, if it is remembered.
+    fn forget(&mut self, number: u32) {
+        let mut weeds = self.weeds[..self.count].iter();
+        let Some(place) = weeds.position(|(_, weed)| weed.number == number) else { return };
+        self.count -= 1;
+        self.weeds[place] = self.weeds[self.count];
+        if place >= self.listed {
+            self.others.put(place - self.listed, self.weeds[place].1.position);
+        }
+    }
+
     /// Adds a weed; returns whether there was room.
-    fn remember(&mut self, weed: KnownWeed, longest_m: f64) -> bool {
+    fn remember(&mut self, weed: KnownWeed) -> bool {
         let has_room = self.count < self.weeds.len();
         if has_room {
             self.weeds[self.count] = (0.0, weed);
             if self.count >= self.listed {
-                self.others.put(self.count - self.listed, weed.position, longest_m);
+                self.others.put(self.count - self.listed, weed.position);
             }
             self.count += 1;
         }
@@ -112,41 +119,38 @@ impl NearestWeeds {
     }
 
     /// Moves the nearest of the weeds remembered to the front, in order.
-    fn rank(&mut self, from: Point, longest_m: f64) {
+    #[inline]
+    fn rank(&mut self, from: Point) {
         let (listed, others) = self.weeds[..self.count].split_at_mut(self.listed.min(self.count));
-        // Often their order has hardly changed since the last time.
-        for end in 0..listed.len() {
-            let weed = listed[end].1;
-            let offered = ((weed.position - from).norm_squared(), weed);
-            insert(listed, end, offered);
+        // Their order has often hardly changed since the last time.
+        for place in 0..listed.len() {
+            listed[place].0 = (listed[place].1.position - from).norm_squared();
+            move_forward(&mut listed[..=place]);
         }
         let Some(last) = listed.len().checked_sub(1) else { return };
-        if others.is_empty() {
-            return;
-        }
-        let mut near = Near::new(from, listed[last].0, longest_m);
+        let mut near = self.others.near(from, listed[last].0);
         for block in RoughPositions::blocks(others.len()) {
-            let mut bits = self.others.within(block, &near);
+            let mut bits = self.others.near_in(block, &near);
             if bits == 0 {
                 continue;
             }
             while bits != 0 {
-                let place = RoughPositions::first(block) + bits.trailing_zeros() as usize;
+                let place = RoughPositions::place(block, bits);
                 bits &= bits - 1;
                 let Some(other) = others.get_mut(place) else { break };
-                let offered = ((other.1.position - from).norm_squared(), other.1);
-                if is_before(&offered, &listed[last]) {
-                    *other = listed[last];
-                    self.others.put(place, other.1.position, longest_m);
-                    insert(listed, last, offered);
+                other.0 = (other.1.position - from).norm_squared();
+                if is_before(other, &listed[last]) {
+                    std::mem::swap(other, &mut listed[last]);
+                    self.others.put(place, other.1.position);
+                    move_forward(listed);
                 }
             }
-            near.limit(listed[last].0, longest_m);
+            near.end = self.others.end(listed[last].0);
         }
     }
 
     /// Makes the window large enough to be certain of the nearest weeds.
-    fn widen(&mut self, from: Point, known: &KnownWeeds, longest_m: f64) {
+    fn widen(&mut self, from: Point, known: &KnownWeeds) {
         let around = if known.len() <= self.weeds.len() {
             Window::EVERYWHERE
         } else {
@@ -157,27 +161,27 @@ impl NearestWeeds {
             let reach_m = self.limit_m2().sqrt() * (1.0 + SPARE);
             Window::around(from, reach_m, known.size_m())
         };
-        if self.extend(self.window.with(&around), known, longest_m) {
-            self.rank(from, longest_m);
+        if self.extend(self.window.with(&around), known) {
+            self.rank(from);
             return;
         }
         self.window = Window::NOWHERE;
-        if self.extend(around, known, longest_m) {
-            self.rank(from, longest_m);
+        if self.extend(around, known) {
+            self.rank(from);
         } else {
             self.look_up(from, known);
         }
     }
 
     /// Takes in the weeds of a window that holds the present one; returns whether there was room.
-    fn extend(&mut self, window: Window, known: &KnownWeeds, longest_m: f64) -> bool {
+    fn extend(&mut self, window: Window, known: &KnownWeeds) -> bool {
         if self.window == Window::NOWHERE {
             self.count = 0;
         }
         let mut has_room = true;
         let before = self.window;
         known.for_each_between(&before, &window, |weed| {
-            has_room = has_room && self.remember(weed, longest_m);
+            has_room = has_room && self.remember(weed);
         });
         self.window = window;
         has_room
@@ -190,10 +194,14 @@ impl NearestWeeds {
     }
 }
 
-/// Puts a weed into a list that is sorted up to the place `end`, which is free.
+/// Moves the last weed of a list that is sorted up to it to where it belongs.
 #[inline]
-fn insert(weeds: &mut [(f64, KnownWeed)], end: usize, weed: (f64, KnownWeed)) {
-    let mut place = end;
+fn move_forward(weeds: &mut [(f64, KnownWeed)]) {
+    let mut place = weeds.len() - 1;
+    if place == 0 || !is_before(&weeds[place], &weeds[place - 1]) {
+        return;
+    }
+    let weed = weeds[place];
     while place > 0 && is_before(&weed, &weeds[place - 1]) {
         weeds[place] = weeds[place - 1];
         place -= 1;
