@@ -1,11 +1,13 @@
 //! The weeds of an episode: where they stand, which were detected, which were mowed.
 
+mod fine;
 mod index;
 mod placement;
 
-use crate::geometry::{Footprint, Point};
+use crate::geometry::{Footprint, Point, Side};
 use crate::grid::{Cell, CellSet, Grid};
 use crate::ground::SeenGround;
+use fine::FineCells;
 use index::CellIndex;
 
 pub use placement::draw;
@@ -25,6 +27,7 @@ pub struct Weeds {
     undetected_cells: CellSet,
     /// Cells that hold a weed not mowed.
     unmowed_cells: CellSet,
+    unmowed_fine: FineCells,
 }
 
 impl Weeds {
@@ -40,6 +43,7 @@ impl Weeds {
             index: CellIndex::none(&grid),
             undetected_cells: cells.clone(),
             unmowed_cells: cells,
+            unmowed_fine: FineCells::empty(&grid),
         }
     }
 
@@ -73,11 +77,13 @@ impl Weeds {
         self.index.build(&self.grid, &self.positions);
         self.undetected_cells.clear();
         self.unmowed_cells.clear();
+        self.unmowed_fine.clear();
         for (weed, &position) in
             self.positions.iter().enumerate().filter(|&(weed, _)| !self.is_mowed[weed])
         {
             let cell = self.grid.cell_at(position);
             self.unmowed_cells.insert(cell);
+            self.unmowed_fine.insert(self.unmowed_fine.place(&self.grid, position));
             if !self.is_detected[weed] {
                 self.undetected_cells.insert(cell);
             }
@@ -85,6 +91,8 @@ impl Weeds {
     }
 
     /// Writes the standing weeds in `footprint` to `found`, ascending, and the unseen cells with their centre in it to `cells`.
+    ///
+    /// For a footprint not much smaller than the box around it, such as a bar's.
     pub fn find_standing<const SIDES: usize>(
         &self,
         footprint: &impl Footprint<SIDES>,
@@ -92,11 +100,33 @@ impl Weeds {
         found: &mut Vec<u32>,
         cells: &mut Vec<Cell>,
     ) {
-        let is_sought = |weed: usize| !self.is_mowed[weed];
-        self.find(footprint, &self.unmowed_cells, is_sought, ground, found, cells);
+        let Self { grid, index, .. } = self;
+        found.clear();
+        cells.clear();
+        let mut has_weeds = false;
+        let sets = [ground.unseen(), &self.unmowed_cells];
+        let bounds = Bounds { x_range: footprint.x_range(), y_range: footprint.y_range() };
+        grid.for_each_touched(&bounds, sets, |tile, [unseen, weeds]| {
+            has_weeds |= weeds != 0;
+            tile.for_each(unseen, |cell| {
+                cells
+                    .extend(footprint.contains(grid.centre(cell.column, cell.row)).then_some(cell));
+            });
+        });
+        if has_weeds {
+            self.unmowed_fine.for_each_cell(grid, footprint, |column, row| {
+                let (tile, bit) = grid.place(column, row);
+                for &(weed, position) in index.in_cell(Cell { column, row, tile, bit }) {
+                    if footprint.contains(position) && !self.is_mowed[weed as usize] {
+                        found.push(weed);
+                    }
+                }
+            });
+            found.sort_unstable();
+        }
     }
 
-    /// The same with the standing weeds that were not detected yet.
+    /// Writes the standing weeds in `footprint` that were not detected yet to `found`, ascending, and the unseen cells with their centre in it to `cells`.
     pub fn find_undetected<const SIDES: usize>(
         &self,
         footprint: &impl Footprint<SIDES>,
@@ -104,25 +134,13 @@ impl Weeds {
         found: &mut Vec<u32>,
         cells: &mut Vec<Cell>,
     ) {
-        let is_sought = |weed: usize| !self.is_mowed[weed] && !self.is_detected[weed];
-        self.find(footprint, &self.undetected_cells, is_sought, ground, found, cells);
-    }
-
-    /// Weeds and ground are looked up in one go, since the same cells are touched.
-    #[inline]
-    fn find<const SIDES: usize>(
-        &self,
-        footprint: &impl Footprint<SIDES>,
-        weed_cells: &CellSet,
-        is_sought: impl Fn(usize) -> bool,
-        ground: &SeenGround,
-        found: &mut Vec<u32>,
-        cells: &mut Vec<Cell>,
-    ) {
         let Self { grid, index, .. } = self;
+        let is_sought = |weed: usize| !self.is_mowed[weed] && !self.is_detected[weed];
         found.clear();
         cells.clear();
-        grid.for_each_touched(footprint, [ground.unseen(), weed_cells], |tile, [unseen, weeds]| {
+        // Weeds and ground are looked up in one go, since the same cells are touched.
+        let sets = [ground.unseen(), &self.undetected_cells];
+        grid.for_each_touched(footprint, sets, |tile, [unseen, weeds]| {
             tile.for_each(unseen, |cell| {
                 cells
                     .extend(footprint.contains(grid.centre(cell.column, cell.row)).then_some(cell));
@@ -141,6 +159,7 @@ impl Weeds {
     pub fn mow(&mut self, mowed: &[u32]) {
         for &weed in mowed {
             self.is_mowed[weed as usize] = true;
+            self.clear_fine(weed);
             self.clear_cell(weed);
         }
     }
@@ -166,6 +185,17 @@ impl Weeds {
         }
     }
 
+    /// Strikes out the fine cell of a weed where none stands any more.
+    fn clear_fine(&mut self, weed: u32) {
+        let position = self.positions[weed as usize];
+        let place = self.unmowed_fine.place(&self.grid, position);
+        let is_elsewhere = |other| self.unmowed_fine.place(&self.grid, other) != place;
+        let mut weeds = self.index.in_cell(self.grid.cell_at(position)).iter();
+        if weeds.all(|&(other, at)| self.is_mowed[other as usize] || is_elsewhere(at)) {
+            self.unmowed_fine.remove(place);
+        }
+    }
+
     /// The cells that the weeds are found through.
     #[must_use]
     pub fn grid(&self) -> Grid {
@@ -188,5 +218,32 @@ impl Weeds {
     #[must_use]
     pub fn is_mowed(&self) -> &[bool] {
         &self.is_mowed
+    }
+}
+
+/// The box around a footprint.
+struct Bounds {
+    x_range: (f64, f64),
+    y_range: (f64, f64),
+}
+
+impl Footprint<0> for Bounds {
+    fn contains(&self, point: Point) -> bool {
+        let is_within = |(low, high), at| low <= at && at <= high;
+        is_within(self.x_range, point.x) && is_within(self.y_range, point.y)
+    }
+
+    #[inline]
+    fn x_range(&self) -> (f64, f64) {
+        self.x_range
+    }
+
+    #[inline]
+    fn y_range(&self) -> (f64, f64) {
+        self.y_range
+    }
+
+    fn sides(&self) -> [Side; 0] {
+        []
     }
 }
