@@ -6,8 +6,8 @@ use crate::known::{KnownWeed, KnownWeeds, Window, is_before};
 
 /// How many weeds are remembered at most for each one that is listed.
 const REMEMBERED: usize = 16;
-/// A window is made larger by this much more than is needed now.
-const SPARE: f64 = 0.03;
+/// A window is made this much larger than it has to be, metres.
+const SPARE_M: f64 = 0.03;
 
 /// The known weeds nearest to a mower that moves little between questions.
 ///
@@ -60,14 +60,19 @@ impl NearestWeeds {
     #[inline(never)]
     pub(super) fn find(&mut self, from: Point, known: &KnownWeeds) -> &[(f64, KnownWeed)] {
         self.catch_up(known);
-        self.rank(from);
-        let margin_m = self.window.margin_m(from);
-        let is_certain = margin_m == f64::INFINITY
-            || (margin_m > 0.0 && margin_m * margin_m > self.limit_m2());
-        if !is_certain {
-            self.widen(from, known);
+        loop {
+            self.rank(from);
+            if self.is_certain(from) || !self.widen(from, known) {
+                return &self.weeds[..self.listed.min(self.count)];
+            }
         }
-        &self.weeds[..self.listed.min(self.count)]
+    }
+
+    /// Whether no other weed can be closer than those at the front.
+    #[inline]
+    fn is_certain(&self, from: Point) -> bool {
+        let margin_m = self.window.margin_m(from);
+        margin_m == f64::INFINITY || (margin_m > 0.0 && margin_m * margin_m > self.limit_m2())
     }
 
     /// Squared distance of the last weed listed; infinite if there is room for more.
@@ -149,28 +154,28 @@ impl NearestWeeds {
         }
     }
 
-    /// Makes the window large enough to be certain of the nearest weeds.
-    fn widen(&mut self, from: Point, known: &KnownWeeds) {
-        let around = if known.len() <= self.weeds.len() {
-            Window::EVERYWHERE
-        } else {
-            if self.count < self.listed {
-                self.look_up(from, known);
-            }
-            // There are so many weeds within this reach at least.
-            let reach_m = self.limit_m2().sqrt() * (1.0 + SPARE);
-            Window::around(from, reach_m, known.size_m())
-        };
+    /// Makes the window large enough to be certain of the nearest weeds, which are to be ranked then; returns false if
+    /// there is not room for it, and lists them at once.
+    #[cold]
+    fn widen(&mut self, from: Point, known: &KnownWeeds) -> bool {
+        if known.len() <= self.weeds.len() {
+            return self.extend(Window::EVERYWHERE, known);
+        }
+        if self.count < self.listed {
+            self.look_up(from, known);
+        }
+        // So many weeds are within this reach at least.
+        let reach_m = self.limit_m2().sqrt() + SPARE_M;
+        let around = Window::around(from, reach_m, known.size_m());
         if self.extend(self.window.with(&around), known) {
-            self.rank(from);
-            return;
+            return true;
         }
         self.window = Window::NOWHERE;
         if self.extend(around, known) {
-            self.rank(from);
-        } else {
-            self.look_up(from, known);
+            return true;
         }
+        self.look_up(from, known);
+        false
     }
 
     /// Takes in the weeds of a window that holds the present one; returns whether there was room.

@@ -55,32 +55,34 @@ impl FineCells {
         self.words[column / 64 * self.rows + row] &= !(1 << (column % 64));
     }
 
-    /// Calls `visit` with the column and row of each cell that has a fine cell of the set in the box around a footprint.
+    /// The cell that a fine cell belongs to, as column and row.
     #[inline]
-    pub(super) fn for_each_cell<const SIDES: usize>(
+    pub(super) fn cell(&self, (column, row): (usize, usize)) -> (usize, usize) {
+        (column >> self.power, row >> self.power)
+    }
+
+    /// Calls `visit` with the column and row of each fine cell of the set in the box around a footprint.
+    #[inline]
+    pub(super) fn for_each_within<const SIDES: usize>(
         &self,
         grid: &Grid,
         footprint: &impl Footprint<SIDES>,
-        mut visit: impl FnMut(usize, usize),
+        mut visit: impl FnMut((usize, usize)),
     ) {
         let ((low_x_m, high_x_m), (low_y_m, high_y_m)) = (footprint.x_range(), footprint.y_range());
         let low = self.place(grid, Point::new(low_x_m - SLACK_M, low_y_m - SLACK_M));
         let high = self.place(grid, Point::new(high_x_m + SLACK_M, high_y_m + SLACK_M));
-        let power = self.power;
-        let side = 1_usize << power;
-        for (group, words) in
-            self.words.chunks_exact(self.rows).enumerate().take(high.0 / 64 + 1).skip(low.0 / 64)
-        {
-            let first = low.0.max(64 * group) - 64 * group;
-            let last = high.0.min(64 * group + 63) - 64 * group;
-            let mask = (u64::MAX << first) & (u64::MAX >> (63 - last));
-            for row in low.1 >> power..=high.1 >> power {
-                let rows = low.1.max(row << power)..(high.1 + 1).min((row << power) + side);
-                let mut bits = words[rows].iter().fold(0, |bits, word| bits | word) & mask;
+        for group in low.0 / 64..=high.0 / 64 {
+            let first = low.0.saturating_sub(64 * group);
+            let last = (high.0 - 64 * group).min(63);
+            let columns = (u64::MAX << first) & (u64::MAX >> (63 - last));
+            let start = group * self.rows;
+            for (row, word) in (low.1..).zip(&self.words[start + low.1..=start + high.1]) {
+                let mut bits = word & columns;
                 while bits != 0 {
-                    let column = bits.trailing_zeros() as usize >> power;
-                    bits &= !(((1 << side) - 1) << (column << power));
-                    visit((64 * group >> power) + column, row);
+                    let column = 64 * group + bits.trailing_zeros() as usize;
+                    bits &= bits - 1;
+                    visit((column, row));
                 }
             }
         }

@@ -100,7 +100,7 @@ impl Weeds {
         found: &mut Vec<u32>,
         cells: &mut Vec<Cell>,
     ) {
-        let Self { grid, index, .. } = self;
+        let grid = &self.grid;
         found.clear();
         cells.clear();
         let mut has_weeds = false;
@@ -114,15 +114,30 @@ impl Weeds {
             });
         });
         if has_weeds {
-            self.unmowed_fine.for_each_cell(grid, footprint, |column, row| {
-                let (tile, bit) = grid.place(column, row);
-                for &(weed, position) in index.in_cell(Cell { column, row, tile, bit }) {
-                    if footprint.contains(position) && !self.is_mowed[weed as usize] {
-                        found.push(weed);
-                    }
-                }
+            self.unmowed_fine.for_each_within(grid, footprint, |fine| {
+                self.find_in_fine(fine, footprint, found);
             });
             found.sort_unstable();
+        }
+    }
+
+    /// Adds the standing weeds of a fine cell that are in `footprint`.
+    #[inline]
+    fn find_in_fine<const SIDES: usize>(
+        &self,
+        fine: (usize, usize),
+        footprint: &impl Footprint<SIDES>,
+        found: &mut Vec<u32>,
+    ) {
+        let (column, row) = self.unmowed_fine.cell(fine);
+        let (tile, bit) = self.grid.place(column, row);
+        for &(weed, position) in self.index.in_cell(Cell { column, row, tile, bit }) {
+            if footprint.contains(position)
+                && !self.is_mowed[weed as usize]
+                && self.unmowed_fine.place(&self.grid, position) == fine
+            {
+                found.push(weed);
+            }
         }
     }
 
