@@ -206,18 +206,14 @@ impl KnownWeeds {
         let (columns, rows) = (first.0..last.0 + 1, first.1..last.1 + 1);
         let (first, last) = (self.grid.cell_of(inner.low()), self.grid.cell_of(inner.high()));
         // Buckets that lie wholly in `inner` are not looked into.
-        let within = |buckets: &Range<usize>, is_low: bool, first: usize, is_high: bool, last: usize| {
-            let start = if is_low { buckets.start } else { first + 1 };
-            start..if is_high { buckets.end } else { last }
-        };
+        let within =
+            |buckets: &Range<usize>, is_low: bool, first: usize, is_high: bool, last: usize| {
+                let start = if is_low { buckets.start } else { first + 1 };
+                start..if is_high { buckets.end } else { last }
+            };
         let (low, high) = (inner.low(), inner.high());
-        let inner_columns = within(
-            &columns,
-            low.x == f64::NEG_INFINITY,
-            first.0,
-            high.x == f64::INFINITY,
-            last.0,
-        );
+        let inner_columns =
+            within(&columns, low.x == f64::NEG_INFINITY, first.0, high.x == f64::INFINITY, last.0);
         let inner_rows =
             within(&rows, low.y == f64::NEG_INFINITY, first.1, high.y == f64::INFINITY, last.1);
         if inner_columns.is_empty() || inner_rows.is_empty() {

@@ -57,7 +57,6 @@ impl NearestWeeds {
     }
 
     /// The nearest weeds to `from`, nearest first, ties by order of detection.
-    #[inline(never)]
     pub(super) fn find(&mut self, from: Point, known: &KnownWeeds) -> &[(f64, KnownWeed)] {
         self.catch_up(known);
         loop {
@@ -212,4 +211,137 @@ fn move_forward(weeds: &mut [(f64, KnownWeed)]) {
         place -= 1;
     }
     weeds[place] = weed;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Stream, StreamRng, below, stream, uniform};
+
+    const SIZE_M: (f64, f64) = (53.0, 31.0);
+
+    /// A mower among weeds that it detects and mows as it comes by.
+    struct Walk {
+        rng: StreamRng,
+        at: Point,
+        heading_rad: f64,
+        hidden: Vec<Point>,
+        known: KnownWeeds,
+        next_number: u32,
+    }
+
+    impl Walk {
+        fn among(hidden: Vec<Point>, rng: StreamRng) -> Self {
+            let known = KnownWeeds::none(SIZE_M.0, SIZE_M.1);
+            let at = Point::new(20.0, 15.0);
+            Self { rng, at, heading_rad: 0.0, hidden, known, next_number: 0 }
+        }
+
+        fn detect_within(&mut self, reach_m: f64) {
+            for index in (0..self.hidden.len()).rev() {
+                if (self.hidden[index] - self.at).norm() < reach_m {
+                    let position = self.hidden.swap_remove(index);
+                    self.known.add(KnownWeed { number: self.next_number, position });
+                    self.next_number += 1;
+                }
+            }
+        }
+
+        fn mow_within(&mut self, reach_m: f64) {
+            let is_mowed = |weed: &&KnownWeed| (weed.position - self.at).norm() < reach_m;
+            let mowed: Vec<u32> =
+                self.known.iter().filter(is_mowed).map(|weed| weed.number).collect();
+            mowed.into_iter().for_each(|number| self.known.remove(number));
+        }
+
+        /// Drives a step, seldom beyond the pasture's border, and now and then jumps.
+        fn step(&mut self, length_m: f64) {
+            self.heading_rad += 0.5 * (uniform(&mut self.rng) - 0.4);
+            let (sin, cos) = self.heading_rad.sin_cos();
+            self.at += Point::new(length_m * cos, length_m * sin).coords;
+            let is_far = (self.at - Point::new(20.0, 15.0)).norm() > 45.0;
+            if is_far || below(100, &mut self.rng) == 0 {
+                let (x, y) = (uniform(&mut self.rng), uniform(&mut self.rng));
+                self.at = Point::new(SIZE_M.0 * x, SIZE_M.1 * y);
+            }
+        }
+
+        fn nearest_of_all(&self, listed: usize) -> Vec<(f64, KnownWeed)> {
+            let distance_m2 = |weed: &KnownWeed| (weed.position - self.at).norm_squared();
+            let mut all: Vec<_> =
+                self.known.iter().map(|weed| (distance_m2(weed), *weed)).collect();
+            all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.number.cmp(&b.1.number)));
+            all.truncate(listed);
+            all
+        }
+    }
+
+    fn scattered(count: usize, rng: &mut StreamRng) -> Vec<Point> {
+        (0..count).map(|_| Point::new(SIZE_M.0 * uniform(rng), SIZE_M.1 * uniform(rng))).collect()
+    }
+
+    /// Compares each list on the way with all known weeds sorted.
+    fn assert_nearest(nearest: &mut NearestWeeds, walk: &mut Walk, steps: usize, length_m: f64) {
+        for step in 0..steps {
+            walk.detect_within(9.0);
+            // For long stretches nothing is mowed.
+            if step / 40 % 2 == 0 {
+                walk.mow_within(1.2);
+            }
+            let listed = nearest.listed();
+            let expected = walk.nearest_of_all(listed);
+            assert_eq!(nearest.find(walk.at, &walk.known), expected, "step {step}");
+            walk.step(length_m);
+        }
+    }
+
+    #[test]
+    fn the_list_on_the_way_is_that_of_all_known_weeds_sorted() {
+        for (count, listed) in
+            [(0, 8), (5, 8), (60, 8), (400, 8), (1500, 8), (6000, 8), (3000, 1), (3000, 30)]
+        {
+            for length_m in [0.07, 1.0, 6.0] {
+                let mut rng = stream(count as u64, Stream::Weeds);
+                let weeds = scattered(count, &mut rng);
+                let mut walk = Walk::among(weeds, rng);
+                assert_nearest(&mut NearestWeeds::new(listed), &mut walk, 240, length_m);
+            }
+        }
+    }
+
+    #[test]
+    fn weeds_as_near_as_each_other_are_listed_in_the_order_of_detection() {
+        let rng = stream(1, Stream::Weeds);
+        let lattice = |at: usize| Point::new(0.5 * (at % 100) as f64, 0.5 * (at / 100) as f64);
+        let mut walk = Walk::among((0..6000).map(lattice).collect(), rng);
+        let mut nearest = NearestWeeds::new(8);
+        for step in 0..300 {
+            walk.at = lattice(step * 13 % 6000);
+            walk.detect_within(4.0);
+            assert_eq!(nearest.find(walk.at, &walk.known), walk.nearest_of_all(8));
+        }
+    }
+
+    #[test]
+    fn weeds_all_in_one_place_are_listed_in_the_order_of_detection() {
+        let at = Point::new(21.0, 15.0);
+        let mut walk = Walk::among(vec![at; 500], stream(1, Stream::Weeds));
+        let mut nearest = NearestWeeds::new(8);
+        for _ in 0..5 {
+            walk.detect_within(9.0);
+            assert_eq!(nearest.find(walk.at, &walk.known), walk.nearest_of_all(8));
+            walk.at = at;
+        }
+    }
+
+    #[test]
+    fn another_episode_begins_with_nothing_remembered() {
+        let mut nearest = NearestWeeds::new(8);
+        for (count, seed) in [(3000, 1), (40, 2), (3000, 3)] {
+            let mut rng = stream(seed, Stream::Weeds);
+            let weeds = scattered(count, &mut rng);
+            nearest.clear();
+            assert_nearest(&mut nearest, &mut Walk::among(weeds, rng), 100, 1.0);
+        }
+    }
 }

@@ -91,9 +91,8 @@ impl RoughPositions {
     #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "16 bits hold the units")]
     fn in_units(&self, position: Point) -> [i16; 2] {
-        [position.x, position.y].map(|at_m| {
-            whole(smaller(larger(at_m * self.units_per_m, 0.0), UNITS)) as i16
-        })
+        [position.x, position.y]
+            .map(|at_m| whole(smaller(larger(at_m * self.units_per_m, 0.0), UNITS)) as i16)
     }
 }
 
@@ -110,4 +109,45 @@ fn whole(number: f64) -> i32 {
     // A number so large has no bits left for a fraction; its lowest ones are those of the whole number.
     const NO_FRACTION: f64 = 1.5 * (1_u64 << 52) as f64;
     (number + NO_FRACTION).to_bits() as i32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Stream, stream, uniform};
+
+    #[test]
+    fn no_position_within_the_distance_is_missed() {
+        let mut rng = stream(5, Stream::Weeds);
+        for size_m in [(100.0, 40.0), (3.0, 70.0), (2000.0, 2000.0)] {
+            let mut rough = RoughPositions::with_room(40);
+            rough.scale(size_m);
+            let mut anywhere = |beyond: f64| {
+                let mut at =
+                    |size_m: f64| size_m * ((1.0 + 2.0 * beyond) * uniform(&mut rng) - beyond);
+                Point::new(at(size_m.0), at(size_m.1))
+            };
+            let positions: Vec<Point> = (0..40).map(|_| anywhere(0.0)).collect();
+            for (place, &position) in positions.iter().enumerate() {
+                rough.put(place, position);
+            }
+            for _ in 0..200 {
+                let from = anywhere(0.5);
+                let distances_m2 = positions.iter().map(|at| (at - from).norm_squared());
+                let mut sorted: Vec<f64> = distances_m2.clone().collect();
+                sorted.sort_by(f64::total_cmp);
+                // Just as far as one of them, so that a rounding either way would lose it.
+                let near = rough.near(from, sorted[12]);
+                let mut found = 0;
+                for (place, distance_m2) in distances_m2.enumerate() {
+                    let is_near = rough.near_in(place / BLOCK, &near) >> (place % BLOCK) & 1 == 1;
+                    assert!(is_near || distance_m2 > sorted[12], "{place} from {from}");
+                    found += usize::from(is_near);
+                }
+                let is_inside =
+                    from.x > 0.0 && from.x < size_m.0 && from.y > 0.0 && from.y < size_m.1;
+                assert!(!is_inside || found < 20, "{found} of 40 are near {from}");
+            }
+        }
+    }
 }

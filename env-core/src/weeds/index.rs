@@ -13,6 +13,8 @@ pub(super) struct CellIndex {
     cell_first: Vec<u32>,
     /// For each word of `occupied` how many cells come before it.
     word_first: Vec<u32>,
+    /// Room for sorting: a weed's place in the order of cells in the upper half, and its number.
+    keys: Vec<u64>,
 }
 
 impl CellIndex {
@@ -20,21 +22,28 @@ impl CellIndex {
     pub(super) fn none(grid: &Grid) -> Self {
         let occupied = CellSet::empty(grid);
         let word_first = vec![0; occupied.words().len()];
-        Self { by_cell: Vec::new(), occupied, cell_first: vec![0], word_first }
+        let (by_cell, keys) = (Vec::new(), Vec::new());
+        Self { by_cell, occupied, cell_first: vec![0], word_first, keys }
     }
 
     /// Sorts weeds anew.
+    #[expect(clippy::cast_possible_truncation, reason = "the lower half of a key is wanted")]
     pub(super) fn build(&mut self, grid: &Grid, positions: &[Point]) {
-        let Self { by_cell, occupied, cell_first, word_first } = self;
+        let Self { by_cell, occupied, cell_first, word_first, keys } = self;
         let count = |length: usize| {
             u32::try_from(length).expect("a scenario holds at most ten million weeds")
         };
+        keys.clear();
+        keys.extend((0..count(positions.len())).zip(positions).map(|(weed, &position)| {
+            let Cell { tile, bit, .. } = grid.cell_at(position);
+            (64 * tile as u64 + u64::from(bit)) << 32 | u64::from(weed)
+        }));
+        keys.sort_unstable();
         by_cell.clear();
-        by_cell.extend((0..count(positions.len())).zip(positions.iter().copied()));
-        by_cell.sort_unstable_by_key(|&(weed, position)| {
-            let (column, row) = grid.cell_of(position);
-            (grid.place(column, row), weed)
-        });
+        by_cell.extend(keys.iter().map(|&key| {
+            let weed = key as u32;
+            (weed, positions[weed as usize])
+        }));
         occupied.clear();
         cell_first.clear();
         for (place, &(_, position)) in by_cell.iter().enumerate() {

@@ -262,3 +262,49 @@ impl Footprint<0> for Bounds {
         []
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Arc, BarSweep, Pose};
+    use crate::rng::{Stream, stream, uniform};
+
+    #[test]
+    fn the_standing_weeds_under_a_bar_are_those_found_by_looking_at_all() {
+        // Sizes that are cut into cells of a metre and of less, and one so large that its cells are not cut more finely.
+        for (length_m, width_m, count) in
+            [(40.0, 25.0, 4000), (66.3, 7.9, 300), (2000.0, 900.0, 9000)]
+        {
+            let mut rng = stream(count, Stream::Weeds);
+            let mut weeds = Weeds::none(Grid::new(length_m, width_m));
+            let ground = SeenGround::none(weeds.grid());
+            weeds.plant(|positions| {
+                let mut at = |size_m| size_m * uniform(&mut rng);
+                positions.extend((0..count).map(|_| Point::new(at(length_m), at(width_m))));
+                // Some stand as close together as can be.
+                positions.extend_from_within(..20);
+            });
+            let (mut found, mut cells, mut mowed) = (Vec::new(), Vec::new(), 0);
+            for step in 0..400 {
+                let mut at = |size_m: f64| size_m * uniform(&mut rng);
+                // Around a weed, so that something is met.
+                let near = weeds.positions()[step % 30];
+                let start = Pose::new(near.x + at(2.0) - 1.0, near.y + at(2.0) - 1.0, at(6.0));
+                let arc = Arc { start, curvature_per_m: at(2.0) - 1.0, length_m: at(1.0) };
+                let sweep = BarSweep::new(&arc, 0.2 + at(3.0));
+                weeds.find_standing(&sweep, &ground, &mut found, &mut cells);
+                let expected: Vec<u32> = (0..)
+                    .zip(weeds.positions().iter().zip(weeds.is_mowed()))
+                    .filter(|&(_, (&position, is_mowed))| !is_mowed && sweep.contains(position))
+                    .map(|(weed, _)| weed)
+                    .collect();
+                assert_eq!(found, expected, "step {step}");
+                // Only some are mowed, so that others go on standing beside them.
+                let some: Vec<u32> = found.iter().copied().step_by(2).collect();
+                mowed += some.len();
+                weeds.mow(&some);
+            }
+            assert!(mowed > 30, "{mowed} weeds were mowed");
+        }
+    }
+}
