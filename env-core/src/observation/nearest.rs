@@ -6,8 +6,9 @@ use crate::known::{KnownWeed, KnownWeeds, Window, is_before};
 
 /// How many weeds are remembered at most for each one that is listed.
 const REMEMBERED: usize = 16;
-/// A window is made this much larger than it has to be, metres.
+/// A window reaches this much further than it has to, metres; and as a share, for rounding far from the pasture.
 const SPARE_M: f64 = 0.03;
+const SPARE: f64 = 1e-9;
 
 /// The known weeds nearest to a mower that moves little between questions.
 ///
@@ -84,7 +85,9 @@ impl NearestWeeds {
         let removed = &known.removed()[self.removals..];
         if !removed.is_empty() {
             self.removals = known.removed().len();
-            removed.iter().for_each(|&number| self.forget(number));
+            for &number in removed {
+                self.forget(number);
+            }
         }
         let detected = known.since(self.next_number);
         if let Some(last) = detected.last() {
@@ -164,7 +167,7 @@ impl NearestWeeds {
             self.look_up(from, known);
         }
         // So many weeds are within this reach at least.
-        let reach_m = self.limit_m2().sqrt() + SPARE_M;
+        let reach_m = self.limit_m2().sqrt() * (1.0 + SPARE) + SPARE_M;
         let around = Window::around(from, reach_m, known.size_m());
         if self.extend(self.window.with(&around), known) {
             return true;
@@ -251,7 +254,9 @@ mod tests {
             let is_mowed = |weed: &&KnownWeed| (weed.position - self.at).norm() < reach_m;
             let mowed: Vec<u32> =
                 self.known.iter().filter(is_mowed).map(|weed| weed.number).collect();
-            mowed.into_iter().for_each(|number| self.known.remove(number));
+            for number in mowed {
+                self.known.remove(number);
+            }
         }
 
         /// Drives a step, seldom beyond the pasture's border, and now and then jumps.
