@@ -1,11 +1,15 @@
 //! The weeds that a mower has still to mow, as far as it knows.
 
+mod window;
+
 use std::ops::{Deref, Range};
 use std::sync::Arc;
 
 use crate::geometry::Point;
 use crate::grid::{Cell, CellSet, Grid};
 use crate::math::{floor_index, larger};
+
+pub(crate) use window::Window;
 
 /// A weed that was detected and not yet mowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,7 +40,8 @@ pub struct KnownWeeds {
     first: Vec<u32>,
     /// For each weed number its position, and the next weed of its bucket.
     chain: Vec<(Point, u32)>,
-    removals: u64,
+    /// The numbers struck out, in that order.
+    removed: Vec<u32>,
 }
 
 impl Deref for KnownWeeds {
@@ -55,8 +60,8 @@ impl KnownWeeds {
         let grid = Grid::with_cells_of(side_m, length_m, width_m);
         let occupied = Box::new(CellSet::empty(&grid));
         let first = vec![NONE; 64 * occupied.words().len()];
-        let grid = Arc::new(grid);
-        Self { list: Vec::new(), grid, occupied, first, chain: Vec::new(), removals: 0 }
+        let (list, chain, removed) = (Vec::new(), Vec::new(), Vec::new());
+        Self { list, grid: Arc::new(grid), occupied, first, chain, removed }
     }
 
     /// Forgets every weed.
@@ -64,13 +69,14 @@ impl KnownWeeds {
         self.occupied.clear();
         self.list.clear();
         self.chain.clear();
-        self.removals = 0;
+        self.removed.clear();
     }
 
     /// Makes room for so many detections.
     pub(crate) fn reserve(&mut self, weeds: usize) {
         self.list.reserve(weeds.saturating_sub(self.list.len()));
         self.chain.reserve(weeds.saturating_sub(self.chain.len()));
+        self.removed.reserve(weeds.saturating_sub(self.removed.len()));
     }
 
     /// Adds a weed that was detected after all others.
@@ -94,7 +100,7 @@ impl KnownWeeds {
     pub fn remove(&mut self, number: u32) {
         let Some(index) = self.index_of(number) else { return };
         let weed = self.list.remove(index);
-        self.removals += 1;
+        self.removed.push(number);
         let cell = self.grid.cell_at(weed.position);
         let after = self.chain[number as usize].1;
         let first = &mut self.first[bucket(cell)];
@@ -122,10 +128,10 @@ impl KnownWeeds {
         self.index_of(number).is_some()
     }
 
-    /// How many weeds were struck out.
+    /// The numbers of the weeds that were struck out, in that order.
     #[must_use]
-    pub fn removals(&self) -> u64 {
-        self.removals
+    pub fn removed(&self) -> &[u32] {
+        &self.removed
     }
 
     /// The weeds whose numbers are not below `number`.
@@ -141,14 +147,11 @@ impl KnownWeeds {
     }
 
     /// Writes the weeds nearest to `from` to `nearest` with their squared distances, nearest first, ties by order of detection; returns how many.
-    ///
-    /// Where it is known that so many weeds stand within `within_m`, farther ones are not looked for; else that is infinite.
-    pub fn nearest(&self, from: Point, within_m: f64, nearest: &mut [(f64, KnownWeed)]) -> usize {
-        let mut found = Nearest { places: nearest, count: 0, limit_m2: within_m * within_m };
+    pub fn nearest(&self, from: Point, nearest: &mut [(f64, KnownWeed)]) -> usize {
+        let mut found = Nearest { places: nearest, count: 0, limit_m2: f64::INFINITY };
         let (column, row) = self.grid.cell_of(from);
         let side_m = self.smallest_side_m();
-        let mut reach =
-            if within_m.is_finite() { floor_index(within_m / side_m) + 1 } else { FIRST_REACH };
+        let mut reach = FIRST_REACH;
         loop {
             // Where weeds are few and far between, looking at each of them is quicker than at empty buckets.
             if self.list.len() <= found.places.len().max(4 * reach * reach) {
@@ -179,26 +182,49 @@ impl KnownWeeds {
         found.count
     }
 
-    /// Takes those weeds into a list that are nearer to `from` than some of it, instead of these.
-    ///
-    /// The list is one of known weeds with their squared distances from `from`, nearest first, ties by order of detection.
-    pub(crate) fn improve(&self, from: Point, nearest: &mut [(f64, KnownWeed)]) {
-        let Some(&(limit_m2, _)) = nearest.last() else { return };
-        let mut found = Nearest { count: nearest.len(), places: nearest, limit_m2 };
-        let reach_m = limit_m2.sqrt() * (1.0 + 1e-12);
-        let (low, high) = (from.map(|at_m| at_m - reach_m), from.map(|at_m| at_m + reach_m));
-        let (first, last) = (self.grid.cell_of(low), self.grid.cell_of(high));
+    /// Size of the pasture along x and y, metres.
+    pub(crate) fn size_m(&self) -> (f64, f64) {
+        self.grid.size_m()
+    }
+
+    /// Calls `visit` with the weeds that stand in `outer`, but not in `inner`.
+    pub(crate) fn for_each_between(
+        &self,
+        inner: &Window,
+        outer: &Window,
+        mut visit: impl FnMut(KnownWeed),
+    ) {
+        let mut visit_buckets = |columns: Range<usize>, rows: Range<usize>| {
+            self.occupied.for_each_in(&self.grid, columns, rows, |cell| {
+                self.for_each_in(cell, |weed| {
+                    if outer.contains(weed.position) && !inner.contains(weed.position) {
+                        visit(weed);
+                    }
+                });
+            });
+        };
+        let (first, last) = (self.grid.cell_of(outer.low()), self.grid.cell_of(outer.high()));
         let (columns, rows) = (first.0..last.0 + 1, first.1..last.1 + 1);
-        // Where weeds are few and far between, looking at each of them is quicker than at empty buckets.
-        if self.list.len() <= columns.len() * rows.len() {
-            self.list.iter().for_each(|&weed| found.offer(from, weed));
+        let (first, last) = (self.grid.cell_of(inner.low()), self.grid.cell_of(inner.high()));
+        // Buckets that lie wholly in `inner` are not looked into.
+        let within =
+            |buckets: &Range<usize>, is_low: bool, first: usize, is_high: bool, last: usize| {
+                let start = if is_low { buckets.start } else { first + 1 };
+                start..if is_high { buckets.end } else { last }
+            };
+        let (low, high) = (inner.low(), inner.high());
+        let inner_columns =
+            within(&columns, low.x == f64::NEG_INFINITY, first.0, high.x == f64::INFINITY, last.0);
+        let inner_rows =
+            within(&rows, low.y == f64::NEG_INFINITY, first.1, high.y == f64::INFINITY, last.1);
+        if inner_columns.is_empty() || inner_rows.is_empty() {
+            visit_buckets(columns, rows);
             return;
         }
-        self.for_each_bucket(columns, rows, |bucket| {
-            if bucket.nearest_m2(from) <= found.limit_m2 {
-                self.for_each_in(bucket.cell, |weed| found.offer(from, weed));
-            }
-        });
+        visit_buckets(columns.clone(), rows.start..inner_rows.start);
+        visit_buckets(columns.clone(), inner_rows.end..rows.end);
+        visit_buckets(columns.start..inner_columns.start, inner_rows.clone());
+        visit_buckets(inner_columns.end..columns.end, inner_rows);
     }
 
     fn smallest_side_m(&self) -> f64 {
@@ -343,7 +369,7 @@ mod tests {
                 all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.number.cmp(&b.1.number)));
                 all.truncate(8);
                 let mut nearest = [(0.0, KnownWeed { number: 0, position: Point::origin() }); 8];
-                let found = known.nearest(from, f64::INFINITY, &mut nearest);
+                let found = known.nearest(from, &mut nearest);
                 assert_eq!(nearest[..found], all[..], "{count} weeds from {from}");
             }
         }

@@ -143,8 +143,7 @@ impl Candidates {
     }
 
     fn find_weeds(&mut self, view: &View, approach: &Approach) {
-        let found =
-            view.known_weeds.nearest(view.pose.position(), f64::INFINITY, &mut self.nearest);
+        let found = view.known_weeds.nearest(view.pose.position(), &mut self.nearest);
         for (row, (_, weed)) in self.rows.iter_mut().zip(&self.nearest[..found]) {
             *row = approach
                 .weed(weed.position)

@@ -1,46 +1,44 @@
 //! The nearest known weeds, remembered from one observation to the next.
 
+use super::rough::RoughPositions;
 use crate::geometry::Point;
-use crate::known::{KnownWeed, KnownWeeds, is_before};
+use crate::known::{KnownWeed, KnownWeeds, Window, is_before};
 
-/// How many weeds are remembered for each one that is listed.
-const REMEMBERED: usize = 2;
-/// The mower must drive further than this before a list of weeds remembered can become wrong, metres; where weeds stand so
-/// close that it would, none beyond those listed are remembered.
-const WORTH_REMEMBERING_M: f64 = 1.5;
-
-/// In even ground twice the number of weeds stand in a circle larger by the square root of two; how much further that reaches,
-/// and how far is looked for them.
-const GAIN: f64 = std::f64::consts::SQRT_2 - 1.0;
-const REACH: f64 = 1.6;
+/// How many weeds are remembered at most for each one that is listed.
+const REMEMBERED: usize = 16;
+/// A window reaches this much further than it has to, metres; and as a share, for rounding far from the pasture.
+const SPARE_M: f64 = 0.03;
+const SPARE: f64 = 1e-9;
 
 /// The known weeds nearest to a mower that moves little between questions.
 ///
-/// It remembers the weeds nearest to an anchor, and how far from there all others are: as long as the mower stays close to
-/// the anchor, the nearest ones are among them.
+/// It remembers all weeds in a window. As long as the nearest ones stand closer than the window's sides, no other weed
+/// has to be looked at; else the window grows, until it holds too many weeds and begins anew. While few weeds are known, it
+/// holds all of them.
 #[derive(Debug, Clone)]
 pub(super) struct NearestWeeds {
     listed: usize,
-    /// Squared distances from the last question's point, nearest first.
+    /// First those listed last time with their squared distances, nearest first, then the others.
     weeds: Vec<(f64, KnownWeed)>,
     count: usize,
-    anchor: Point,
-    /// No other weed is closer to the anchor than this, metres.
-    others_m: f64,
+    /// Where the others stand.
+    others: RoughPositions,
+    window: Window,
     next_number: u32,
-    removals: u64,
+    removals: usize,
 }
 
 impl NearestWeeds {
     /// Lists the `listed` nearest.
     pub(super) fn new(listed: usize) -> Self {
         let nobody = (0.0, KnownWeed { number: 0, position: Point::origin() });
+        let others = (REMEMBERED - 1) * listed;
         Self {
             listed,
-            weeds: vec![nobody; REMEMBERED * listed],
+            weeds: vec![nobody; listed + others],
             count: 0,
-            anchor: Point::origin(),
-            others_m: f64::INFINITY,
+            others: RoughPositions::with_room(others),
+            window: Window::EVERYWHERE,
             next_number: 0,
             removals: 0,
         }
@@ -54,7 +52,7 @@ impl NearestWeeds {
     /// Forgets all weeds: the known ones are others now.
     pub(super) fn clear(&mut self) {
         self.count = 0;
-        self.others_m = f64::INFINITY;
+        self.window = Window::EVERYWHERE;
         self.next_number = 0;
         self.removals = 0;
     }
@@ -62,83 +60,293 @@ impl NearestWeeds {
     /// The nearest weeds to `from`, nearest first, ties by order of detection.
     pub(super) fn find(&mut self, from: Point, known: &KnownWeeds) -> &[(f64, KnownWeed)] {
         self.catch_up(known);
-        let moved_m = (from - self.anchor).norm();
-        self.sort_from(from);
-        let shown = self.listed.min(self.count);
-        let is_certain = self.others_m == f64::INFINITY
-            || (self.count >= self.listed
-                && self.weeds[self.listed - 1].0.sqrt() + moved_m < self.others_m);
-        if is_certain {
-            return &self.weeds[..shown];
+        loop {
+            self.rank(from);
+            if self.is_certain(from) || !self.widen(from, known) {
+                return &self.weeds[..self.listed.min(self.count)];
+            }
         }
-        self.search(from, known);
-        &self.weeds[..self.listed.min(self.count)]
+    }
+
+    /// Whether no other weed can be closer than those at the front.
+    #[inline]
+    fn is_certain(&self, from: Point) -> bool {
+        let margin_m = self.window.margin_m(from);
+        margin_m == f64::INFINITY || (margin_m > 0.0 && margin_m * margin_m > self.limit_m2())
+    }
+
+    /// Squared distance of the last weed listed; infinite if there is room for more.
+    fn limit_m2(&self) -> f64 {
+        if self.count < self.listed { f64::INFINITY } else { self.weeds[self.listed - 1].0 }
     }
 
     /// Leaves out weeds that were mowed and takes in those that were detected.
     fn catch_up(&mut self, known: &KnownWeeds) {
-        if known.removals() != self.removals {
-            self.removals = known.removals();
-            let mut kept = 0;
-            for index in 0..self.count {
-                self.weeds[kept] = self.weeds[index];
-                kept += usize::from(known.holds(self.weeds[index].1.number));
+        let removed = &known.removed()[self.removals..];
+        if !removed.is_empty() {
+            self.removals = known.removed().len();
+            for &number in removed {
+                self.forget(number);
             }
-            self.count = kept;
         }
-        for &weed in known.since(self.next_number) {
-            self.next_number = weed.number + 1;
-            let distance_m = (weed.position - self.anchor).norm();
-            if distance_m >= self.others_m {
-                continue;
-            }
-            if self.count == self.weeds.len() {
-                self.others_m = distance_m;
-            } else {
-                self.weeds[self.count] = (0.0, weed);
-                self.count += 1;
+        let detected = known.since(self.next_number);
+        if let Some(last) = detected.last() {
+            self.next_number = last.number + 1;
+            self.others.scale(known.size_m());
+            for &weed in detected {
+                if self.window.contains(weed.position) && !self.remember(weed) {
+                    self.window = Window::NOWHERE;
+                }
             }
         }
     }
 
-    /// Sorts the weeds remembered by their distance from `from`.
-    fn sort_from(&mut self, from: Point) {
-        let weeds = &mut self.weeds[..self.count];
-        for (distance_m2, weed) in weeds.iter_mut() {
-            *distance_m2 = (weed.position - from).norm_squared();
-        }
-        // Their order has hardly changed since the last time.
-        for end in 1..weeds.len() {
-            if !is_before(&weeds[end], &weeds[end - 1]) {
-                continue;
-            }
-            let weed = weeds[end];
-            let mut place = end;
-            while place > 0 && is_before(&weed, &weeds[place - 1]) {
-                weeds[place] = weeds[place - 1];
-                place -= 1;
-            }
-            weeds[place] = weed;
+    /// Leaves out a weed, if it is remembered.
+    fn forget(&mut self, number: u32) {
+        let mut weeds = self.weeds[..self.count].iter();
+        let Some(place) = weeds.position(|(_, weed)| weed.number == number) else { return };
+        self.count -= 1;
+        self.weeds[place] = self.weeds[self.count];
+        if place >= self.listed {
+            self.others.put(place - self.listed, self.weeds[place].1.position);
         }
     }
 
-    /// Finds the weeds to remember anew.
-    fn search(&mut self, from: Point, known: &KnownWeeds) {
-        // Those listed before have hardly become more distant.
-        let is_bounded = self.count >= self.listed;
-        let within_m =
-            if is_bounded { self.weeds[self.listed - 1].0.sqrt() } else { f64::INFINITY };
-        self.anchor = from;
-        if within_m * GAIN <= WORTH_REMEMBERING_M {
-            self.count = self.listed;
-            known.improve(from, &mut self.weeds[..self.listed]);
-        } else {
-            self.count = known.nearest(from, REACH * within_m, &mut self.weeds);
-            if self.count < self.weeds.len() {
-                self.others_m = REACH * within_m;
-                return;
+    /// Adds a weed; returns whether there was room.
+    fn remember(&mut self, weed: KnownWeed) -> bool {
+        let has_room = self.count < self.weeds.len();
+        if has_room {
+            self.weeds[self.count] = (0.0, weed);
+            if self.count >= self.listed {
+                self.others.put(self.count - self.listed, weed.position);
+            }
+            self.count += 1;
+        }
+        has_room
+    }
+
+    /// Moves the nearest of the weeds remembered to the front, in order.
+    #[inline]
+    fn rank(&mut self, from: Point) {
+        let (listed, others) = self.weeds[..self.count].split_at_mut(self.listed.min(self.count));
+        // Their order has often hardly changed since the last time.
+        for place in 0..listed.len() {
+            listed[place].0 = (listed[place].1.position - from).norm_squared();
+            move_forward(&mut listed[..=place]);
+        }
+        let Some(last) = listed.len().checked_sub(1) else { return };
+        let mut near = self.others.near(from, listed[last].0);
+        for block in RoughPositions::blocks(others.len()) {
+            let mut bits = self.others.near_in(block, &near);
+            if bits == 0 {
+                continue;
+            }
+            while bits != 0 {
+                let place = RoughPositions::place(block, bits);
+                bits &= bits - 1;
+                let Some(other) = others.get_mut(place) else { break };
+                other.0 = (other.1.position - from).norm_squared();
+                if is_before(other, &listed[last]) {
+                    std::mem::swap(other, &mut listed[last]);
+                    self.others.put(place, other.1.position);
+                    move_forward(listed);
+                }
+            }
+            near.end = self.others.end(listed[last].0);
+        }
+    }
+
+    /// Makes the window large enough to be certain of the nearest weeds, which are to be ranked then; returns false if
+    /// there is not room for it, and lists them at once.
+    #[cold]
+    fn widen(&mut self, from: Point, known: &KnownWeeds) -> bool {
+        if known.len() <= self.weeds.len() {
+            return self.extend(Window::EVERYWHERE, known);
+        }
+        if self.count < self.listed {
+            self.look_up(from, known);
+        }
+        // So many weeds are within this reach at least.
+        let reach_m = self.limit_m2().sqrt() * (1.0 + SPARE) + SPARE_M;
+        let around = Window::around(from, reach_m, known.size_m());
+        if self.extend(self.window.with(&around), known) {
+            return true;
+        }
+        self.window = Window::NOWHERE;
+        if self.extend(around, known) {
+            return true;
+        }
+        self.look_up(from, known);
+        false
+    }
+
+    /// Takes in the weeds of a window that holds the present one; returns whether there was room.
+    fn extend(&mut self, window: Window, known: &KnownWeeds) -> bool {
+        if self.window == Window::NOWHERE {
+            self.count = 0;
+        }
+        let mut has_room = true;
+        let before = self.window;
+        known.for_each_between(&before, &window, |weed| {
+            has_room = has_room && self.remember(weed);
+        });
+        self.window = window;
+        has_room
+    }
+
+    /// Finds the nearest among all known weeds, and remembers no others.
+    fn look_up(&mut self, from: Point, known: &KnownWeeds) {
+        self.window = Window::NOWHERE;
+        self.count = known.nearest(from, &mut self.weeds[..self.listed]);
+    }
+}
+
+/// Moves the last weed of a list that is sorted up to it to where it belongs.
+#[inline]
+fn move_forward(weeds: &mut [(f64, KnownWeed)]) {
+    let mut place = weeds.len() - 1;
+    if place == 0 || !is_before(&weeds[place], &weeds[place - 1]) {
+        return;
+    }
+    let weed = weeds[place];
+    while place > 0 && is_before(&weed, &weeds[place - 1]) {
+        weeds[place] = weeds[place - 1];
+        place -= 1;
+    }
+    weeds[place] = weed;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rng::{Stream, StreamRng, below, stream, uniform};
+
+    const SIZE_M: (f64, f64) = (53.0, 31.0);
+
+    /// A mower among weeds that it detects and mows as it comes by.
+    struct Walk {
+        rng: StreamRng,
+        at: Point,
+        heading_rad: f64,
+        hidden: Vec<Point>,
+        known: KnownWeeds,
+        next_number: u32,
+    }
+
+    impl Walk {
+        fn among(hidden: Vec<Point>, rng: StreamRng) -> Self {
+            let known = KnownWeeds::none(SIZE_M.0, SIZE_M.1);
+            let at = Point::new(20.0, 15.0);
+            Self { rng, at, heading_rad: 0.0, hidden, known, next_number: 0 }
+        }
+
+        fn detect_within(&mut self, reach_m: f64) {
+            for index in (0..self.hidden.len()).rev() {
+                if (self.hidden[index] - self.at).norm() < reach_m {
+                    let position = self.hidden.swap_remove(index);
+                    self.known.add(KnownWeed { number: self.next_number, position });
+                    self.next_number += 1;
+                }
             }
         }
-        self.others_m = self.weeds[self.count - 1].0.sqrt();
+
+        fn mow_within(&mut self, reach_m: f64) {
+            let is_mowed = |weed: &&KnownWeed| (weed.position - self.at).norm() < reach_m;
+            let mowed: Vec<u32> =
+                self.known.iter().filter(is_mowed).map(|weed| weed.number).collect();
+            for number in mowed {
+                self.known.remove(number);
+            }
+        }
+
+        /// Drives a step, seldom beyond the pasture's border, and now and then jumps.
+        fn step(&mut self, length_m: f64) {
+            self.heading_rad += 0.5 * (uniform(&mut self.rng) - 0.4);
+            let (sin, cos) = self.heading_rad.sin_cos();
+            self.at += Point::new(length_m * cos, length_m * sin).coords;
+            let is_far = (self.at - Point::new(20.0, 15.0)).norm() > 45.0;
+            if is_far || below(100, &mut self.rng) == 0 {
+                let (x, y) = (uniform(&mut self.rng), uniform(&mut self.rng));
+                self.at = Point::new(SIZE_M.0 * x, SIZE_M.1 * y);
+            }
+        }
+
+        fn nearest_of_all(&self, listed: usize) -> Vec<(f64, KnownWeed)> {
+            let distance_m2 = |weed: &KnownWeed| (weed.position - self.at).norm_squared();
+            let mut all: Vec<_> =
+                self.known.iter().map(|weed| (distance_m2(weed), *weed)).collect();
+            all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.number.cmp(&b.1.number)));
+            all.truncate(listed);
+            all
+        }
+    }
+
+    fn scattered(count: usize, rng: &mut StreamRng) -> Vec<Point> {
+        (0..count).map(|_| Point::new(SIZE_M.0 * uniform(rng), SIZE_M.1 * uniform(rng))).collect()
+    }
+
+    /// Compares each list on the way with all known weeds sorted.
+    fn assert_nearest(nearest: &mut NearestWeeds, walk: &mut Walk, steps: usize, length_m: f64) {
+        for step in 0..steps {
+            walk.detect_within(9.0);
+            // For long stretches nothing is mowed.
+            if step / 40 % 2 == 0 {
+                walk.mow_within(1.2);
+            }
+            let listed = nearest.listed();
+            let expected = walk.nearest_of_all(listed);
+            assert_eq!(nearest.find(walk.at, &walk.known), expected, "step {step}");
+            walk.step(length_m);
+        }
+    }
+
+    #[test]
+    fn the_list_on_the_way_is_that_of_all_known_weeds_sorted() {
+        for (count, listed) in
+            [(0, 8), (5, 8), (60, 8), (400, 8), (1500, 8), (6000, 8), (3000, 1), (3000, 30)]
+        {
+            for length_m in [0.07, 1.0, 6.0] {
+                let mut rng = stream(count as u64, Stream::Weeds);
+                let weeds = scattered(count, &mut rng);
+                let mut walk = Walk::among(weeds, rng);
+                assert_nearest(&mut NearestWeeds::new(listed), &mut walk, 240, length_m);
+            }
+        }
+    }
+
+    #[test]
+    fn weeds_as_near_as_each_other_are_listed_in_the_order_of_detection() {
+        let rng = stream(1, Stream::Weeds);
+        let lattice = |at: usize| Point::new(0.5 * (at % 100) as f64, 0.5 * (at / 100) as f64);
+        let mut walk = Walk::among((0..6000).map(lattice).collect(), rng);
+        let mut nearest = NearestWeeds::new(8);
+        for step in 0..300 {
+            walk.at = lattice(step * 13 % 6000);
+            walk.detect_within(4.0);
+            assert_eq!(nearest.find(walk.at, &walk.known), walk.nearest_of_all(8));
+        }
+    }
+
+    #[test]
+    fn weeds_all_in_one_place_are_listed_in_the_order_of_detection() {
+        let at = Point::new(21.0, 15.0);
+        let mut walk = Walk::among(vec![at; 500], stream(1, Stream::Weeds));
+        let mut nearest = NearestWeeds::new(8);
+        for _ in 0..5 {
+            walk.detect_within(9.0);
+            assert_eq!(nearest.find(walk.at, &walk.known), walk.nearest_of_all(8));
+            walk.at = at;
+        }
+    }
+
+    #[test]
+    fn another_episode_begins_with_nothing_remembered() {
+        let mut nearest = NearestWeeds::new(8);
+        for (count, seed) in [(3000, 1), (40, 2), (3000, 3)] {
+            let mut rng = stream(seed, Stream::Weeds);
+            let weeds = scattered(count, &mut rng);
+            nearest.clear();
+            assert_nearest(&mut nearest, &mut Walk::among(weeds, rng), 100, 1.0);
+        }
     }
 }

@@ -1,14 +1,16 @@
 //! The weeds of an episode: where they stand, which were detected, which were mowed.
 
 mod ahead;
+mod fine;
 mod index;
 mod placement;
 
 use std::sync::Arc;
 
-use crate::geometry::{Footprint, Point};
-use crate::grid::{CellSet, Grid};
+use crate::geometry::{Footprint, Point, Side};
+use crate::grid::{Cell, CellSet, Grid};
 use crate::ground::SeenGround;
+use fine::FineCells;
 use index::CellIndex;
 
 pub use ahead::Ahead;
@@ -29,6 +31,7 @@ pub struct Weeds {
     undetected_cells: CellSet,
     /// Cells that hold a weed not mowed.
     unmowed_cells: CellSet,
+    unmowed_fine: FineCells,
 }
 
 impl Weeds {
@@ -41,9 +44,10 @@ impl Weeds {
             is_detected: Vec::new(),
             is_mowed: Vec::new(),
             index: Box::new(CellIndex::none(&grid)),
-            grid,
             undetected_cells: cells.clone(),
             unmowed_cells: cells,
+            unmowed_fine: FineCells::empty(&grid),
+            grid,
         }
     }
 
@@ -78,9 +82,11 @@ impl Weeds {
         let (undetected, unmowed) = (&mut self.undetected_cells, &mut self.unmowed_cells);
         undetected.clear();
         unmowed.clear();
+        self.unmowed_fine.clear();
         index.build(grid, positions, |weed, cell| {
             if !is_mowed[weed] {
                 unmowed.insert(cell);
+                self.unmowed_fine.insert(self.unmowed_fine.place(grid, positions[weed]));
                 if !is_detected[weed] {
                     undetected.insert(cell);
                 }
@@ -89,7 +95,7 @@ impl Weeds {
     }
 
     /// Finds the standing weeds, and the unseen cells by their centre, for which `test` has an answer; it has none for points
-    /// outside `footprint`.
+    /// outside `footprint`, which is not much smaller than the box around it, as a bar's.
     pub fn find_standing<const SIDES: usize, T>(
         &self,
         footprint: &impl Footprint<SIDES>,
@@ -97,11 +103,49 @@ impl Weeds {
         ground: &SeenGround,
         ahead: &mut Ahead<T>,
     ) {
-        let is_sought = |weed: usize| !self.is_mowed[weed];
-        self.find(footprint, test, &self.unmowed_cells, is_sought, ground, ahead);
+        let grid = &self.grid;
+        ahead.clear();
+        let mut has_weeds = false;
+        let (unseen, standing) = (ground.unseen().words(), self.unmowed_cells.words());
+        let words = |tile: usize| (unseen[tile], standing[tile]);
+        let bounds = Bounds { x_range: footprint.x_range(), y_range: footprint.y_range() };
+        grid.for_each_touched(&bounds, words, |tile, unseen, weeds| {
+            has_weeds |= weeds != 0;
+            tile.for_each(unseen, |cell| {
+                let answer = test(grid.centre(cell.column, cell.row));
+                ahead.cells.extend(answer.map(|answer| (cell, answer)));
+            });
+        });
+        if has_weeds {
+            self.unmowed_fine.for_each_within(grid, footprint, |fine| {
+                self.find_in_fine(fine, &test, &mut ahead.weeds);
+            });
+            ahead.weeds.sort_unstable_by_key(|&(weed, _)| weed);
+        }
     }
 
-    /// The same with the standing weeds that were not detected yet.
+    /// Adds the standing weeds of a fine cell for which `test` has an answer.
+    #[inline]
+    fn find_in_fine<T>(
+        &self,
+        fine: (usize, usize),
+        test: impl Fn(Point) -> Option<T>,
+        found: &mut Vec<(u32, T)>,
+    ) {
+        let (column, row) = self.unmowed_fine.cell(fine);
+        let (tile, bit) = self.grid.place(column, row);
+        for &(weed, position) in self.index.in_cell(Cell { column, row, tile, bit }) {
+            if let Some(answer) = test(position)
+                && !self.is_mowed[weed as usize]
+                && self.unmowed_fine.place(&self.grid, position) == fine
+            {
+                found.push((weed, answer));
+            }
+        }
+    }
+
+    /// Finds the standing weeds that were not detected yet, and the unseen cells by their centre, for which `test` has an
+    /// answer; it has none for points outside `footprint`.
     pub fn find_undetected<const SIDES: usize, T>(
         &self,
         footprint: &impl Footprint<SIDES>,
@@ -109,26 +153,13 @@ impl Weeds {
         ground: &SeenGround,
         ahead: &mut Ahead<T>,
     ) {
-        let is_sought = |weed: usize| !self.is_mowed[weed] && !self.is_detected[weed];
-        self.find(footprint, test, &self.undetected_cells, is_sought, ground, ahead);
-    }
-
-    /// Weeds and ground are looked up in one go, since the same cells are touched.
-    #[inline]
-    fn find<const SIDES: usize, T>(
-        &self,
-        footprint: &impl Footprint<SIDES>,
-        test: impl Fn(Point) -> Option<T>,
-        weed_cells: &CellSet,
-        is_sought: impl Fn(usize) -> bool,
-        ground: &SeenGround,
-        ahead: &mut Ahead<T>,
-    ) {
         let Self { grid, index, .. } = self;
+        let is_sought = |weed: usize| !self.is_mowed[weed] && !self.is_detected[weed];
         ahead.clear();
         let Ahead { weeds: found, cells } = ahead;
-        let (unseen, weed_cells) = (ground.unseen().words(), weed_cells.words());
-        let words = |tile: usize| (unseen[tile], weed_cells[tile]);
+        // Weeds and ground are looked up in one go, since the same cells are touched.
+        let (unseen, sought) = (ground.unseen().words(), self.undetected_cells.words());
+        let words = |tile: usize| (unseen[tile], sought[tile]);
         grid.for_each_touched(footprint, words, |tile, unseen, weeds| {
             tile.for_each(unseen, |cell| {
                 cells.extend(test(grid.centre(cell.column, cell.row)).map(|answer| (cell, answer)));
@@ -150,6 +181,7 @@ impl Weeds {
     pub fn mow(&mut self, mowed: &[u32]) {
         for &weed in mowed {
             self.is_mowed[weed as usize] = true;
+            self.clear_fine(weed);
             self.clear_cell(weed);
         }
     }
@@ -175,6 +207,17 @@ impl Weeds {
         }
     }
 
+    /// Strikes out the fine cell of a weed where none stands any more.
+    fn clear_fine(&mut self, weed: u32) {
+        let position = self.positions[weed as usize];
+        let place = self.unmowed_fine.place(&self.grid, position);
+        let is_elsewhere = |other| self.unmowed_fine.place(&self.grid, other) != place;
+        let mut weeds = self.index.in_cell(self.grid.cell_at(position)).iter();
+        if weeds.all(|&(other, at)| self.is_mowed[other as usize] || is_elsewhere(at)) {
+            self.unmowed_fine.remove(place);
+        }
+    }
+
     /// The cells that the weeds are found through.
     #[must_use]
     pub fn grid(&self) -> &Grid {
@@ -197,5 +240,77 @@ impl Weeds {
     #[must_use]
     pub fn is_mowed(&self) -> &[bool] {
         &self.is_mowed
+    }
+}
+
+/// The box around a footprint.
+struct Bounds {
+    x_range: (f64, f64),
+    y_range: (f64, f64),
+}
+
+impl Footprint<0> for Bounds {
+    #[inline]
+    fn x_range(&self) -> (f64, f64) {
+        self.x_range
+    }
+
+    #[inline]
+    fn y_range(&self) -> (f64, f64) {
+        self.y_range
+    }
+
+    fn sides(&self) -> [Side; 0] {
+        []
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{self, BarSweep, Pose};
+    use crate::rng::{Stream, stream, uniform};
+
+    #[test]
+    fn the_standing_weeds_under_a_bar_are_those_found_by_looking_at_all() {
+        // Sizes that are cut into cells of a metre and of less, and one so large that its cells are not cut more finely.
+        for (length_m, width_m, count) in
+            [(40.0, 25.0, 4000), (66.3, 7.9, 300), (2000.0, 900.0, 9000)]
+        {
+            let mut rng = stream(count, Stream::Weeds);
+            let grid = Arc::new(Grid::new(length_m, width_m));
+            let mut weeds = Weeds::none(Arc::clone(&grid));
+            let ground = SeenGround::none(grid);
+            weeds.plant(|positions| {
+                let mut at = |size_m| size_m * uniform(&mut rng);
+                positions.extend((0..count).map(|_| Point::new(at(length_m), at(width_m))));
+                // Some stand as close together as can be.
+                positions.extend_from_within(..20);
+            });
+            let (mut ahead, mut mowed) = (Ahead::default(), 0);
+            for step in 0..400 {
+                let mut at = |size_m: f64| size_m * uniform(&mut rng);
+                // Around a weed, so that something is met.
+                let near = weeds.positions()[step % 30];
+                let start = Pose::new(near.x + at(2.0) - 1.0, near.y + at(2.0) - 1.0, at(6.0));
+                let arc =
+                    geometry::Arc { start, curvature_per_m: at(2.0) - 1.0, length_m: at(1.0) };
+                let sweep = BarSweep::new(&arc, 0.2 + at(3.0));
+                let is_met = |point| sweep.contains(point).then_some(());
+                weeds.find_standing(&sweep, is_met, &ground, &mut ahead);
+                let found: Vec<u32> = ahead.weeds.iter().map(|&(weed, ())| weed).collect();
+                let expected: Vec<u32> = (0..)
+                    .zip(weeds.positions().iter().zip(weeds.is_mowed()))
+                    .filter(|&(_, (&position, is_mowed))| !is_mowed && sweep.contains(position))
+                    .map(|(weed, _)| weed)
+                    .collect();
+                assert_eq!(found, expected, "step {step}");
+                // Only some are mowed, so that others go on standing beside them.
+                let some: Vec<u32> = found.iter().copied().step_by(2).collect();
+                mowed += some.len();
+                weeds.mow(&some);
+            }
+            assert!(mowed > 30, "{mowed} weeds were mowed");
+        }
     }
 }
