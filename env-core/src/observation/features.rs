@@ -86,8 +86,7 @@ impl FeatureEncoder {
             2.0 * (value_m + self.reach_m) / (size_m + 2.0 * self.reach_m) - 1.0
         };
         let (cos, sin) = view.direction;
-        let budget_left =
-            if self.budget_m.is_finite() { 1.0 - view.path_m / self.budget_m } else { 1.0 };
+        let budget_left = 1.0 - view.path_m / self.budget_m;
         let known = view.known_weeds.len() as f64;
         let listed = self.nearest.listed();
         let (ego, rest) = observation.split_at_mut(7);
@@ -100,34 +99,47 @@ impl FeatureEncoder {
         ego[5] = share(view.ground.fraction());
         ego[6] = share(known / (known + listed as f64));
 
-        weeds.fill(0.0);
         let nearest = self.nearest.find(pose.position(), view.known_weeds);
-        let scale_m = site.length_m + site.width_m;
+        let (weeds, nothing) = weeds.split_at_mut(3 * nearest.len());
+        let per_m = 1.0 / (site.length_m + site.width_m);
+        let (ahead, left) = ((cos * per_m, sin * per_m), (-sin * per_m, cos * per_m));
         for ((_, weed), row) in nearest.iter().zip(weeds.chunks_exact_mut(3)) {
             let offset = weed.position - pose.position();
-            row[0] = signed((cos * offset.x + sin * offset.y) / scale_m);
-            row[1] = signed((cos * offset.y - sin * offset.x) / scale_m);
+            row[0] = signed(ahead.0 * offset.x + ahead.1 * offset.y);
+            row[1] = signed(left.0 * offset.x + left.1 * offset.y);
             row[2] = 1.0;
+        }
+        // Often there is none to fill, which is not worth a call.
+        if !nothing.is_empty() {
+            nothing.fill(0.0);
         }
 
         let cap_m = RAY_RANGES * site.sensor_range_m;
+        let per_cap = 1.0 / cap_m;
         let mut rays = rays.iter_mut();
-        let directions = self
-            .rays
-            .iter()
-            .map(|&(ahead, left)| (cos * ahead - sin * left, sin * ahead + cos * left));
-        view.ground.ranges_to_unseen(pose.position(), directions, cap_m, |range_m| {
-            if let Some(range) = rays.next() {
-                *range = share(range_m / cap_m);
-            }
-        });
+        view.ground.ranges_to_unseen(
+            pose.position(),
+            view.direction,
+            &self.rays,
+            cap_m,
+            |range_m| {
+                if let Some(range) = rays.next() {
+                    *range = single(range_m * per_cap);
+                }
+            },
+        );
     }
 }
 
-/// A value clipped into [-1, 1], as float32.
+/// A value as float32.
 #[expect(clippy::cast_possible_truncation, reason = "observations are float32 by contract")]
+fn single(value: f64) -> f32 {
+    value as f32
+}
+
+/// A value clipped into [-1, 1], as float32.
 fn signed(value: f64) -> f32 {
-    value.clamp(-1.0, 1.0) as f32
+    single(value.clamp(-1.0, 1.0))
 }
 
 /// A value clipped into [0, 1], as float32.

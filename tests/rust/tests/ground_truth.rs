@@ -135,12 +135,19 @@ proptest! {
                 entries.fold(cap_m, f64::min)
             };
             let (lowest_m, highest_m) = (expected_m(1e-9), expected_m(-1e-9));
+            // The same direction, from the heading and from another one.
+            let turned = (0.8 * cos + 0.6 * sin, 0.8 * sin - 0.6 * cos);
             let mut ranges_m = Vec::new();
-            let directions = [(cos, sin)].into_iter();
-            ground.ranges_to_unseen(origin, directions, cap_m, |range_m| ranges_m.push(range_m));
-            let range_m = ranges_m[0];
-            let is_right = lowest_m - 1e-6 <= range_m && range_m <= highest_m + 1e-6;
-            prop_assert!(is_right, "{range_m} m, not {lowest_m} to {highest_m} m");
+            for (heading, direction) in [((cos, sin), (1.0, 0.0)), ((0.8, 0.6), turned)] {
+                ground.ranges_to_unseen(origin, heading, &[direction], cap_m, |range_m| {
+                    ranges_m.push(range_m);
+                });
+            }
+            prop_assert_eq!(ranges_m.len(), 2);
+            for range_m in ranges_m {
+                let is_right = lowest_m - 1e-6 <= range_m && range_m <= highest_m + 1e-6;
+                prop_assert!(is_right, "{range_m} m, not {lowest_m} to {highest_m} m");
+            }
         }
     }
 
