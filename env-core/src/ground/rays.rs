@@ -8,7 +8,8 @@ use crate::math::{floor_index, larger, smaller};
 
 /// A ray that moves slower than this along an axis, in cells a metre, counts as if it moved so fast: it gets nowhere.
 const STANDSTILL: f64 = 1e-30;
-/// By this share of their size the pasture and its tiles end earlier, so that rounding leads no ray beyond them.
+/// By this share of their size the pasture, its tiles and its cells end earlier, so that rounding leads no ray beyond them,
+/// and one along a border between two cells keeps to that which it heads for.
 const HAIR: f64 = 1e-12;
 /// Half a tile, in cells.
 const HALF_TILE: f64 = 0.5 * TILE as f64;
@@ -125,10 +126,12 @@ impl<'a> Rays<'a> {
             if at_m < 0.0 || at_m >= ray.end_m {
                 return f64::INFINITY;
             }
-            let entry = self.origin + (f64x2::splat(at_m) * ray.speed ^ ray.signs);
+            let entry = self.origin + ((f64x2::splat(at_m) * ray.speed) ^ ray.signs);
             let (first, to_middle) = tile_at(entry, self.origin, self.tiles);
             index = first;
+            // Rounding may put the entry behind a border of the tile.
             borders_m = ray.leaves_m(to_middle, f64x2::splat(HALF_TILE));
+            borders_m = borders_m.fast_max(f64x2::splat(at_m));
         }
         let steps = &self.tile_steps[ray.quadrant];
         let tile_m = ray.cell_m * f64x2::splat(TILE as f64);
@@ -210,9 +213,11 @@ impl Ray {
         const STEPS: [Steps; 4] = steps(TILE);
         // How many cells are left in the tile, whole ones and a part of one.
         let left = (leaves_m - f64x2::splat(at_m)) * self.speed;
-        let whole = (left - f64x2::splat(0.5)).fast_min(f64x2::splat((TILE - 1) as f64))
+        let whole = (left - f64x2::splat(0.5 + HAIR))
+            .fast_max(f64x2::ZERO)
+            .fast_min(f64x2::splat((TILE - 1) as f64))
             + f64x2::splat(NO_FRACTION);
-        let part = left - (whole - f64x2::splat(NO_FRACTION));
+        let part = (left - (whole - f64x2::splat(NO_FRACTION))).fast_max(f64x2::ZERO);
         let [x, y] = whole.to_array().map(f64::to_bits);
         let mut cell = x.wrapping_add(y.wrapping_mul(TILE as u64)) ^ NUMBERS[self.quadrant];
         let mut borders_m = part * self.cell_m + f64x2::splat(at_m);
