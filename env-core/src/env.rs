@@ -20,7 +20,7 @@ use crate::episode::{End, Episode, Limits};
 use crate::geometry::{Point, Pose};
 use crate::grid::Grid;
 use crate::mower::Mower;
-use crate::observation::{Encoder, ObservationMut, ObservationSpec};
+use crate::observation::{Memory, ObservationMut, ObservationSpec};
 use crate::reward::{RewardTerms, Tally};
 use crate::rig::Rig;
 use crate::rng::{self, Stream};
@@ -39,7 +39,7 @@ pub struct Env {
     belief: Belief,
     weeds: Weeds,
     rig: Box<Rig>,
-    encoder: Encoder,
+    memory: Memory,
     seed: u64,
     episodes: u64,
     /// Where the action kind or the observation needs them; apart, since few scenarios do.
@@ -87,21 +87,21 @@ impl Env {
     /// An environment that waits for its first reset.
     #[must_use]
     pub fn new(scenario: &ValidScenario) -> Self {
-        let setup = Setup::new(scenario);
-        let site = &setup.site;
+        let site = Site::new(scenario);
         let grid = Grid::new(site.length_m, site.width_m);
-        let limits = Limits::new(scenario, site, grid.cells());
+        let limits = Limits::new(scenario, &site, grid.cells());
         let candidates = needs_candidates(scenario)
-            .then(|| Box::new(Candidates::new(&scenario.action, site, grid)));
+            .then(|| Box::new(Candidates::new(&scenario.action, &site, grid)));
         let grid = Arc::new(grid);
+        let setup = Setup::new(scenario, site, limits.budget_m());
         Self {
             limits,
             mower: Mower::at(start_pose(scenario)),
             episode: Episode::unstarted(),
             belief: Belief::new(Arc::clone(&grid)),
             weeds: Weeds::none(grid),
-            rig: Box::new(Rig::new(site)),
-            encoder: Encoder::new(scenario, limits.budget_m()),
+            rig: Box::new(Rig::new(&setup.site)),
+            memory: setup.encoder.memory(),
             seed: 0,
             episodes: 0,
             candidates,
@@ -165,7 +165,7 @@ impl Env {
         });
         self.belief.clear();
         self.reserve();
-        self.encoder.reset();
+        self.memory.clear();
         self.episode = Episode::started();
         self.mower = Mower::at(start.unwrap_or_else(|| start_pose(&self.setup.scenario)));
         let Self { rig, mower, weeds, belief, .. } = self;
@@ -197,7 +197,7 @@ impl Env {
         action: Action,
         observation: ObservationMut,
     ) -> Result<Step, ActionError> {
-        observation.check(self.encoder.spec().sizes());
+        observation.check(self.setup.encoder.spec().sizes());
         let (order, is_clipped) = self.setup.decoder.decode(action)?; // action
         let step = match order {
             Order::Drive(command) => Step { is_clipped, ..self.drive(command)? },
@@ -296,7 +296,8 @@ impl Env {
         if let Some(candidates) = &mut self.candidates {
             candidates.refresh(&view);
         }
-        self.encoder.encode(&view, self.candidates.as_deref(), observation);
+        let candidates = self.candidates.as_deref();
+        self.setup.encoder.encode(&view, candidates, &mut self.memory, observation);
     }
 
     /// The places that the action kind `target` chooses from now.
@@ -364,7 +365,7 @@ impl Env {
     /// The parts of an observation.
     #[must_use]
     pub fn observation_spec(&self) -> &ObservationSpec {
-        self.encoder.spec()
+        self.setup.encoder.spec()
     }
 
     /// How the episode stands; `None` before the first reset.

@@ -2,6 +2,7 @@
 
 use crate::action::ActionDecoder;
 use crate::config::{RewardConfig, ValidScenario};
+use crate::observation::Encoder;
 use crate::site::Site;
 
 /// What never changes, kept in one place for all environments of a scenario: an environment of its own holds what does.
@@ -12,16 +13,19 @@ pub(super) struct Setup {
     pub(super) site: Site,
     pub(super) decoder: ActionDecoder,
     pub(super) reward: RewardConfig,
+    pub(super) encoder: Encoder,
 }
 
 impl Setup {
-    pub(super) fn new(scenario: &ValidScenario) -> Self {
+    /// The setup of a scenario whose path may be `budget_m` long.
+    pub(super) fn new(scenario: &ValidScenario, site: Site, budget_m: f64) -> Self {
         Self {
             scenario: scenario.clone(),
             scenario_hash: scenario.hash(),
-            site: Site::new(scenario),
+            site,
             decoder: ActionDecoder::new(scenario),
             reward: scenario.reward.clone(),
+            encoder: Encoder::new(scenario, budget_m),
         }
     }
 }

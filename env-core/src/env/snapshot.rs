@@ -130,7 +130,7 @@ impl Env {
         self.mower = Mower::restore(at, state.path_m, state.looks);
         self.belief.restore(unseen, state.weed_of, &self.weeds);
         self.reserve();
-        self.encoder.reset();
+        self.memory.clear();
         self.episode = state.episode;
         if let Some(candidates) = &mut self.candidates {
             candidates.reset();

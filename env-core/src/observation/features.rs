@@ -30,7 +30,8 @@ pub struct FeatureEncoder {
     rays: Vec<(f64, f64)>,
     budget_m: f64,
     reach_m: f64,
-    nearest: NearestWeeds,
+    /// How many weeds are listed.
+    listed: usize,
 }
 
 impl FeatureEncoder {
@@ -46,7 +47,7 @@ impl FeatureEncoder {
             rays: (0..rays).map(direction).collect(),
             budget_m,
             reach_m: scenario.pasture.headland_m.min(REACH_M),
-            nearest: NearestWeeds::new(scenario.observation.nearest_weeds),
+            listed: scenario.observation.nearest_weeds,
         }
     }
 
@@ -61,7 +62,7 @@ impl FeatureEncoder {
             ["budget_left", "seen_fraction", "known_weeds"]
                 .map(|name| feature(name.to_owned(), 0.0)),
         );
-        for i in 0..self.nearest.listed() {
+        for i in 0..self.listed {
             bounds.push(feature(format!("weed_{i}_forward"), -1.0));
             bounds.push(feature(format!("weed_{i}_left"), -1.0));
             bounds.push(feature(format!("weed_{i}_present"), 0.0));
@@ -70,17 +71,17 @@ impl FeatureEncoder {
         Part { name: "features", dtype: Dtype::Float32, shape: vec![bounds.len()], bounds }
     }
 
-    /// Begins another episode.
-    pub(super) fn reset(&mut self) {
-        self.nearest.clear();
+    /// Memory for one environment.
+    pub(super) fn memory(&self) -> NearestWeeds {
+        NearestWeeds::new(self.listed)
     }
 
-    /// Writes the observation of `view` to `observation`.
+    /// Writes the observation of `view` to `observation`; `nearest` is the memory of this environment.
     ///
     /// # Panics
     ///
     /// If `observation` does not have as many places as [`FeatureEncoder::part`] has bounds.
-    pub fn encode(&mut self, view: &View, observation: &mut [f32]) {
+    pub(super) fn encode(&self, view: &View, nearest: &mut NearestWeeds, observation: &mut [f32]) {
         let (site, pose) = (view.site, view.pose);
         let scaled = |value_m: f64, size_m: f64| {
             2.0 * (value_m + self.reach_m) / (size_m + 2.0 * self.reach_m) - 1.0
@@ -88,7 +89,7 @@ impl FeatureEncoder {
         let (cos, sin) = view.direction;
         let budget_left = 1.0 - view.path_m / self.budget_m;
         let known = view.known_weeds.len() as f64;
-        let listed = self.nearest.listed();
+        let listed = self.listed;
         let (ego, rest) = observation.split_at_mut(7);
         let (weeds, rays) = rest.split_at_mut(3 * listed);
         ego[0] = signed(scaled(pose.x_m, site.length_m));
@@ -99,7 +100,7 @@ impl FeatureEncoder {
         ego[5] = share(view.ground.fraction());
         ego[6] = share(known / (known + listed as f64));
 
-        let nearest = self.nearest.find(pose.position(), view.known_weeds);
+        let nearest = nearest.find(pose.position(), view.known_weeds);
         let (weeds, nothing) = weeds.split_at_mut(3 * nearest.len());
         let per_m = 1.0 / (site.length_m + site.width_m);
         let (ahead, left) = ((cos * per_m, sin * per_m), (-sin * per_m, cos * per_m));

@@ -15,22 +15,35 @@ pub use features::FeatureEncoder;
 pub use maps::MapsEncoder;
 pub use spec::{Bound, Dtype, Observation, ObservationMut, ObservationSpec, Part, Sizes};
 
-use std::sync::Arc;
-
 use crate::candidates::Candidates;
 use crate::config::{ObservationKind, ValidScenario};
 use crate::view::View;
+use nearest::NearestWeeds;
 
-/// Writes observations of one kind.
-#[derive(Debug, Clone)]
+/// Writes observations of one kind. All environments of a scenario share it.
+#[derive(Debug)]
 pub struct Encoder {
-    /// Shared by the clones of an environment.
-    spec: Arc<ObservationSpec>,
+    spec: ObservationSpec,
     features: Option<FeatureEncoder>,
     candidates: Option<CandidateEncoder>,
     maps: Option<MapsEncoder>,
     /// Whether the mask of the candidates is a part.
     has_mask: bool,
+}
+
+/// What an environment remembers from one observation to the next: it spares work and changes nothing.
+#[derive(Debug, Clone)]
+pub struct Memory {
+    nearest: Option<NearestWeeds>,
+}
+
+impl Memory {
+    /// Begins another episode, or goes on with another state: what was remembered of the last one does not hold.
+    pub fn clear(&mut self) {
+        if let Some(nearest) = &mut self.nearest {
+            nearest.clear();
+        }
+    }
 }
 
 impl Encoder {
@@ -53,7 +66,7 @@ impl Encoder {
             .chain(mask)
             .chain(maps.iter().map(MapsEncoder::part))
             .collect();
-        Self { spec: Arc::new(ObservationSpec::new(parts)), features, candidates, maps, has_mask }
+        Self { spec: ObservationSpec::new(parts), features, candidates, maps, has_mask }
     }
 
     /// The parts of an observation.
@@ -62,11 +75,10 @@ impl Encoder {
         &self.spec
     }
 
-    /// Begins another episode, or goes on with another state: what was remembered of the last one does not hold.
-    pub fn reset(&mut self) {
-        if let Some(encoder) = &mut self.features {
-            encoder.reset();
-        }
+    /// What one environment remembers from one observation to the next.
+    #[must_use]
+    pub fn memory(&self) -> Memory {
+        Memory { nearest: self.features.as_ref().map(FeatureEncoder::memory) }
     }
 
     /// Writes the observation of `view`, whose candidates are `candidates`.
@@ -74,11 +86,17 @@ impl Encoder {
     /// # Panics
     ///
     /// If `out` is not one row of [`Encoder::spec`], or the kind shows candidates and there are none.
-    pub fn encode(&mut self, view: &View, candidates: Option<&Candidates>, out: ObservationMut) {
+    pub fn encode(
+        &self,
+        view: &View,
+        candidates: Option<&Candidates>,
+        memory: &mut Memory,
+        out: ObservationMut,
+    ) {
         out.check(self.spec.sizes());
         let ObservationMut { features, candidates: table, action_mask, maps } = out;
-        if let Some(encoder) = &mut self.features {
-            encoder.encode(view, features);
+        if let (Some(encoder), Some(nearest)) = (&self.features, &mut memory.nearest) {
+            encoder.encode(view, nearest, features);
         }
         if let Some(encoder) = &self.candidates {
             let candidates = candidates.expect("an environment that shows candidates has them");
