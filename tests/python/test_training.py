@@ -1,9 +1,14 @@
 """Training: what a configuration may say, that a killed training goes on, and that a model is what its file says."""
 
+import errno
 import importlib.util
 import os
 import re
+import shutil
+import signal
+import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -243,6 +248,59 @@ def test_a_killed_training_goes_on_from_its_last_checkpoint_and_ends_as_if_it_ha
     assert all(np.array_equal(*pair) for pair in zip(weights(whole.model), weights(killed.model), strict=True))
     files = [(tmp_path / name / "evaluations.csv").read_bytes() for name in ("whole", "killed")]
     assert files[0] == files[1]
+
+
+def test_a_training_killed_by_the_system_goes_on_to_the_same_bytes(tmp_path):
+    config = {**SMALL["sac"], "checkpoint_every": 64}
+    training.train(TrainingConfig.check(config), out=tmp_path / "whole")
+    command = [
+        sys.executable,
+        "-m",
+        "swath",
+        "train",
+        tmp_path / "whole" / "training.toml",
+        "--out",
+        tmp_path / "killed",
+    ]
+    killed = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    checkpoints = tmp_path / "killed" / "checkpoints"
+    while killed.poll() is None and not any(entry.name.isdecimal() for entry in checkpoints.glob("*")):
+        time.sleep(0.01)
+    killed.kill()
+    assert killed.wait() == -signal.SIGKILL, "it was killed before it was finished"
+    said = []
+    training.train(tmp_path / "whole" / "training.toml", out=tmp_path / "killed", say=said.append)
+    assert said[0].startswith("goes on from step ")
+    whole, resumed = (training.load_policy(tmp_path / name) for name in ("whole", "killed"))
+    assert all(np.array_equal(*pair) for pair in zip(weights(whole.model), weights(resumed.model), strict=True))
+
+
+def test_a_checkpoint_that_the_disk_cannot_take_leaves_the_older_one_and_one_line(tmp_path, monkeypatch):
+    config = TrainingConfig.check({**SMALL["sac"], "checkpoint_every": 64})
+
+    def fill_the_disk(path, *_):
+        if len(list(path.parent.parent.glob("[0-9]*"))) == 1:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write_model(path, *_)
+
+    write_model = training.checkpoint.write_model
+    monkeypatch.setattr(training.checkpoint, "write_model", fill_the_disk)
+    with pytest.raises(ConfigError, match="`out` must take a checkpoint, got No space left on device in "):
+        training.train(config, out=tmp_path / "out")
+    (left,) = (tmp_path / "out" / "checkpoints").iterdir()
+    assert left.name == "64"
+    monkeypatch.undo()
+    said = []
+    training.train(config, out=tmp_path / "out", say=said.append)
+    assert said[0] == "goes on from step 64"
+
+
+def test_a_replay_buffer_that_the_disk_cannot_hold_is_refused_before_anything_is_written(tmp_path, monkeypatch):
+    usage = shutil.disk_usage(tmp_path)._replace(free=100_000)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
+    with pytest.raises(ConfigError, match="`hyperparameters.buffer_size` must be at most [0-9]+ here, got "):
+        training.train(TrainingConfig.check(SMALL["sac"]), out=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def test_the_time_up_to_the_last_checkpoint_is_counted_and_no_other(tmp_path):

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from swath.errors import ConfigError
 from swath.training import environments
 from swath.training.algorithms import algorithm_class
@@ -46,20 +48,48 @@ class Checkpoints:
         found = [entry for entry in self.folder.glob("*") if entry.name.isdecimal()]
         return max(found, key=lambda entry: int(entry.name), default=None)
 
+    def check_room(self, model: BaseAlgorithm) -> None:
+        """Refuses a replay buffer that the disk cannot hold twice, the newest checkpoint and the one being written.
+
+        Args:
+            model: The model before it learns.
+
+        Raises:
+            ConfigError: If there is not enough room.
+        """
+        size_b = _buffer_bytes(getattr(model, "replay_buffer", None))
+        place = next(folder for folder in (self.folder, *self.folder.parents) if folder.exists())
+        free_b = shutil.disk_usage(place).free
+        if 2 * size_b > free_b:
+            capacity = int(model.buffer_size * free_b / (2 * size_b))
+            text = (
+                f"`hyperparameters.buffer_size` must be at most {capacity} here, got {model.buffer_size}: "
+                f"a checkpoint holds {size_b / 1e9:.1f} GB, and {place} has {free_b / 1e9:.1f} GB left for two"
+            )
+            raise ConfigError(text)
+
     def write(self, model: BaseAlgorithm, wall_s: float) -> None:
         """Writes a checkpoint under another name, renames it when it is complete, and removes older ones.
 
         Args:
             model: The model in training.
             wall_s: Seconds that the training has taken.
+
+        Raises:
+            ConfigError: If it cannot be written; older checkpoints are as they were.
         """
         unfinished = self.folder / ".unfinished"
         shutil.rmtree(unfinished, ignore_errors=True)
-        unfinished.mkdir(parents=True)
-        write_model(unfinished / _MODEL, model, self.config)
-        if getattr(model, "replay_buffer", None) is not None:
-            model.save_replay_buffer(unfinished / _REPLAY)
-        (unfinished / _STATE).write_bytes(pickle.dumps({"wall_s": wall_s, **_state(model)}))
+        try:
+            unfinished.mkdir(parents=True)
+            write_model(unfinished / _MODEL, model, self.config)
+            if getattr(model, "replay_buffer", None) is not None:
+                model.save_replay_buffer(unfinished / _REPLAY)
+            (unfinished / _STATE).write_bytes(pickle.dumps({"wall_s": wall_s, **_state(model)}))
+        except OSError as error:
+            shutil.rmtree(unfinished, ignore_errors=True)
+            text = f"`out` must take a checkpoint, got {error.strerror or error} in {self.folder}"
+            raise ConfigError(text) from error
         finished = self.folder / str(model.num_timesteps)
         unfinished.rename(finished)
         for older in self.folder.glob("*"):
@@ -96,6 +126,13 @@ class Checkpoints:
             model.load_replay_buffer(checkpoint / _REPLAY)
         _put_back(state, model)
         return model, state["wall_s"]
+
+
+def _buffer_bytes(buffer: object) -> int:
+    """Returns the size of a replay buffer's arrays, which may be tables of arrays."""
+    tables = [] if buffer is None else list(vars(buffer).values())
+    arrays = [array for table in tables for array in (table.values() if isinstance(table, dict) else [table])]
+    return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))
 
 
 def _check_versions(card: Card) -> None:

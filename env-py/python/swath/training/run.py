@@ -83,6 +83,7 @@ class _Training:
         newest = self.checkpoints.newest()
         if newest is None:
             self.model, before_s = new_model(config, make_training_venv(config)), 0.0
+            self.checkpoints.check_room(self.model)
         else:
             venv = make_venv(config.scenario, config.num_envs, config.num_threads)
             self.model, before_s = self.checkpoints.load(newest, venv)
