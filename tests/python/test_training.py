@@ -298,7 +298,7 @@ def test_a_checkpoint_that_the_disk_cannot_take_leaves_the_older_one_and_one_lin
 def test_a_replay_buffer_that_the_disk_cannot_hold_is_refused_before_anything_is_written(tmp_path, monkeypatch):
     usage = shutil.disk_usage(tmp_path)._replace(free=100_000)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: usage)
-    with pytest.raises(ConfigError, match="`hyperparameters.buffer_size` must be at most [0-9]+ here, got "):
+    with pytest.raises(ConfigError, match=r"`hyperparameters.buffer_size` must be at most [0-9]+ here, got "):
         training.train(TrainingConfig.check(SMALL["sac"]), out=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
