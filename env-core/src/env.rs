@@ -1,6 +1,7 @@
 //! The step, from action to observation.
 //!
-//! Read [`Env::step`]: one line a phase, in the order of the modules of this crate. Where a weed is mowed is the line of
+//! Read [`Env::step`] and [`Env::drive`]: one line a phase, in the order of the modules of this crate; deck and sensor look
+//! ahead first, and where nothing is to be met the mower drives on at once. Where a weed is mowed is the line of
 //! the deck; who may see it, the line of the sensor; what it is worth, the line of the reward.
 
 mod setup;

@@ -269,8 +269,8 @@ fn edges_of<const SIDES: usize>(grid: &Grid, footprint: &impl Footprint<SIDES>) 
     footprint.sides().map(|side| Edge::new(grid, &side))
 }
 
-/// The cells of a tile that may have a certain point within all edges: the one at which they have so much more at each edge
-/// than at their lower left corner.
+/// The cells of a tile that may have a certain point within all edges: their centre, or the corner that is furthest inside.
+/// `more` is how much further inside that is at each edge than the lower left corner.
 #[inline]
 fn cells_within<const SIDES: usize>(
     edges: &[Edge; SIDES],

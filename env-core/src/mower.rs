@@ -87,32 +87,3 @@ impl Mower {
         self.at = Frame { pose, cos: scale * cos, sin: scale * sin };
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_sensor_looks_at_every_fifth_of_a_metre_however_the_way_is_cut() {
-        for steps in [1, 3, 7, 50] {
-            let mut mower = Mower::at(Pose::new(0.0, 0.0, 0.0));
-            let mut looked_at_m = Vec::new();
-            for _ in 0..steps {
-                let command = Command { curvature_per_m: 0.1, distance_m: 10.0 / f64::from(steps) };
-                let mut motion = mower.motion(command);
-                while let Some(piece) = motion.next_piece() {
-                    for stretch in piece.stretches() {
-                        mower.follow(&stretch);
-                        if stretch.ends_at_look {
-                            looked_at_m.push(mower.path_m());
-                        }
-                    }
-                }
-            }
-            assert_eq!(looked_at_m.len(), 50, "{steps} steps");
-            for (i, path_m) in looked_at_m.iter().enumerate() {
-                assert!((path_m - 0.2 * (i as f64 + 1.0)).abs() < 1e-8, "look {i} at {path_m}");
-            }
-        }
-    }
-}

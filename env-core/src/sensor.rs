@@ -16,7 +16,7 @@ pub struct Sensor {
     seen: Vec<Cell>,
 }
 
-/// What one look showed for the first time.
+/// What one look showed: weeds for the first time, and ground that was unseen when the piece began.
 #[derive(Debug)]
 pub struct Percept<'a> {
     /// Numbers of weeds, ascending.
@@ -49,6 +49,10 @@ impl Sensor {
     /// Finds what will come in sight on a piece, before its stretches are driven.
     pub fn prepare(&mut self, piece: &Piece, weeds: &Weeds, ground: &SeenGround) {
         let Self { triangle, ahead, .. } = self;
+        if piece.looks() == 0 {
+            ahead.clear();
+            return;
+        }
         let looks = !(u32::MAX << piece.looks());
         let seen_at = |point| {
             let seen_from = triangle.seen_from(piece.stops(), point) & looks;

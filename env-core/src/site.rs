@@ -70,8 +70,8 @@ impl Site {
         self.allows_within(pose, self.headland_m + BORDER_M)
     }
 
-    /// Whether the mower may stand wherever a way leads that leaves the line from `start` to `end` by `sagitta_m` at most;
-    /// near the border perhaps not, though it may.
+    /// Whether the mower may stand wherever a way leads that leaves the line from `start` to `end` by `sagitta_m` at most.
+    /// Near the border it is false even where the mower may.
     #[must_use]
     #[inline]
     pub fn allows_between(&self, start: Pose, end: Pose, sagitta_m: f64) -> bool {

@@ -8,7 +8,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -253,21 +252,18 @@ def test_a_killed_training_goes_on_from_its_last_checkpoint_and_ends_as_if_it_ha
 def test_a_training_killed_by_the_system_goes_on_to_the_same_bytes(tmp_path):
     config = {**SMALL["sac"], "checkpoint_every": 64}
     training.train(TrainingConfig.check(config), out=tmp_path / "whole")
-    command = [
-        sys.executable,
-        "-m",
-        "swath",
-        "train",
-        tmp_path / "whole" / "training.toml",
-        "--out",
-        tmp_path / "killed",
-    ]
-    killed = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    checkpoints = tmp_path / "killed" / "checkpoints"
-    while killed.poll() is None and not any(entry.name.isdecimal() for entry in checkpoints.glob("*")):
-        time.sleep(0.01)
-    killed.kill()
-    assert killed.wait() == -signal.SIGKILL, "it was killed before it was finished"
+    program = """
+import os, signal, sys
+from swath import training
+write = training.checkpoint.Checkpoints.write
+def write_and_die(*arguments):
+    write(*arguments)
+    os.kill(os.getpid(), signal.SIGKILL)
+training.checkpoint.Checkpoints.write = write_and_die
+training.train(sys.argv[1], out=sys.argv[2])
+"""
+    command = [sys.executable, "-c", program, tmp_path / "whole" / "training.toml", tmp_path / "killed"]
+    assert subprocess.run(command, check=False).returncode == -signal.SIGKILL
     said = []
     training.train(tmp_path / "whole" / "training.toml", out=tmp_path / "killed", say=said.append)
     assert said[0].startswith("goes on from step ")

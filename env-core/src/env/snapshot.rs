@@ -147,7 +147,7 @@ impl Env {
             None => false,
         };
         let Frame { cos, sin, .. } = state.pose.into();
-        let is_near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+        let is_near = |a: f64, b: f64| (a - b).abs() < 1e-6;
         let rules = [
             ("flags for other weeds", state.is_mowed.len() == state.weeds_m.len()),
             (

@@ -28,10 +28,7 @@ impl Frame {
     #[must_use]
     pub fn advanced(&self, curvature_per_m: f64, distance_m: f64) -> Self {
         let half_turn_rad = 0.5 * curvature_per_m * distance_m;
-        if half_turn_rad == 0.0 {
-            return self.moved(distance_m, self.cos, self.sin);
-        }
-        let (half_sin, half_cos, chord_m) = if half_turn_rad.abs() <= 0.5 {
+        let (half_sin, half_cos, chord_m) = if half_turn_rad.abs() <= math::SMALL_RAD {
             let (sinc, cos) = math::small_sinc_cos(half_turn_rad);
             (sinc * half_turn_rad, cos, distance_m * sinc)
         } else {

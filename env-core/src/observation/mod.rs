@@ -39,7 +39,7 @@ pub struct Memory {
 
 impl Memory {
     /// Begins another episode, or goes on with another state: what was remembered of the last one does not hold.
-    pub fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         if let Some(nearest) = &mut self.nearest {
             nearest.clear();
         }
@@ -77,7 +77,7 @@ impl Encoder {
 
     /// What one environment remembers from one observation to the next.
     #[must_use]
-    pub fn memory(&self) -> Memory {
+    pub(crate) fn memory(&self) -> Memory {
         Memory { nearest: self.features.as_ref().map(FeatureEncoder::memory) }
     }
 
@@ -86,7 +86,7 @@ impl Encoder {
     /// # Panics
     ///
     /// If `out` is not one row of [`Encoder::spec`], or the kind shows candidates and there are none.
-    pub fn encode(
+    pub(crate) fn encode(
         &self,
         view: &View,
         candidates: Option<&Candidates>,

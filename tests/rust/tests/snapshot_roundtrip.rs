@@ -3,7 +3,7 @@
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
 use proptest::prelude::*;
-use swath_core::action::{Action, ActionError};
+use swath_core::action::{Action, ActionError, Command};
 use swath_core::config::{ActionKind, Scenario, ValidScenario};
 use swath_core::env::{Beginning, Env, SnapshotError, Step};
 use swath_core::geometry::{Point, Pose};
@@ -181,4 +181,18 @@ fn a_snapshot_of_another_scenario_is_refused_by_name() {
         );
         assert_eq!(env.snapshot(), before);
     }
+}
+
+#[test]
+fn a_mower_that_has_turned_thousands_of_times_can_be_restored() {
+    let mut scenario = Scenario::default();
+    scenario.mower.turning_radius_m = 0.1;
+    scenario.pasture.headland_m = f64::INFINITY;
+    scenario.episode.budget = f64::INFINITY;
+    let mut env = Env::new(&scenario.check().unwrap());
+    env.reset(1);
+    env.drive(Command { curvature_per_m: 10.0, distance_m: 5000.0 }).unwrap();
+    let snapshot = env.snapshot();
+    env.restore(&snapshot).unwrap();
+    assert_eq!(env.snapshot(), snapshot);
 }

@@ -86,15 +86,14 @@ class Checkpoints:
             if getattr(model, "replay_buffer", None) is not None:
                 model.save_replay_buffer(unfinished / _REPLAY)
             (unfinished / _STATE).write_bytes(pickle.dumps({"wall_s": wall_s, **_state(model)}))
+            finished = unfinished.rename(self.folder / str(model.num_timesteps))
+            for older in self.folder.glob("*"):
+                if older != finished:
+                    shutil.rmtree(older)
         except OSError as error:
             shutil.rmtree(unfinished, ignore_errors=True)
             text = f"`out` must take a checkpoint, got {error.strerror or error} in {self.folder}"
             raise ConfigError(text) from error
-        finished = self.folder / str(model.num_timesteps)
-        unfinished.rename(finished)
-        for older in self.folder.glob("*"):
-            if older != finished:
-                shutil.rmtree(older)
 
     def load(self, checkpoint: Path, venv: VecEnv) -> tuple[BaseAlgorithm, float]:
         """Makes the model of a checkpoint, and puts environments and generators into the state they were in.
