@@ -5,6 +5,7 @@
 use proptest::prelude::*;
 use swath_core::action::Command;
 use swath_core::env::Env;
+use swath_core::episode::End;
 use swath_core::geometry::Point;
 use swath_core::grid::Grid;
 use swath_tests::cases::cases;
@@ -75,6 +76,32 @@ proptest! {
         prop_assert!(a.pose.distance_to(&b.pose) < TOLERANCE_M, "{:?}, {:?}", a.pose, b.pose);
         let apart_rad = a.pose.heading_rad - b.pose.heading_rad;
         prop_assert!(apart_rad.sin().abs() < TOLERANCE_M && apart_rad.cos() > 0.0);
+    }
+
+    /// Near the border the looks decide, and where the mower leaves, what lies behind that look is not met any more.
+    #[test]
+    fn a_mower_leaves_the_headland_at_the_same_look_however_its_way_is_cut(
+        (whole, pieces) in scenes_cut_in_two_ways(), headland_m in 0.0..3.0,
+    ) {
+        let driven = |scene: Scene| {
+            let mut scene = scene;
+            scene.scenario.pasture.headland_m = headland_m;
+            let mut env = scene.env();
+            let mut drive = scene.drive.iter();
+            while env.end() == Some(End::Running)
+                && let Some(&command) = drive.next()
+            {
+                env.drive(command).unwrap();
+            }
+            env
+        };
+        let (whole, pieces) = (driven(whole), driven(pieces));
+        prop_assert_eq!(whole.end(), pieces.end());
+        let (a, b) = (whole.view(), pieces.view());
+        prop_assert!((a.path_m - b.path_m).abs() < TOLERANCE_M, "{} m, {} m", a.path_m, b.path_m);
+        prop_assert_eq!(whole.weeds().is_mowed(), pieces.weeds().is_mowed());
+        prop_assert_eq!(unseen(&whole), unseen(&pieces));
+        prop_assert_eq!(known(&whole), known(&pieces));
     }
 
     /// Steps that end exactly where the sensor looks, or a whole number of them between two looks.
