@@ -78,8 +78,8 @@ impl BarSweep {
         let extent = |at_start: f64, at_end: f64, across_start: f64, across_end: f64| {
             let (start_half_m, end_half_m) =
                 (half_width_m * across_start.abs(), half_width_m * across_end.abs());
-            let low_m = (at_start - start_half_m).min(at_end - end_half_m);
-            let high_m = (at_start + start_half_m).max(at_end + end_half_m);
+            let low_m = smaller(at_start - start_half_m, at_end - end_half_m);
+            let high_m = larger(at_start + start_half_m, at_end + end_half_m);
             (low_m - bulge_m, high_m + bulge_m)
         };
         let sweeps_backwards = k * (half_width_m + border_m) >= 1.0;
