@@ -30,7 +30,7 @@ pub(super) struct FineCells {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FineCell {
     tile: usize,
-    pub(super) bit: u32,
+    pub(super) bit: u8,
 }
 
 impl FineCells {
@@ -62,7 +62,7 @@ impl FineCells {
         let at = |i: usize, at_m: f64| floor_index(at_m * self.per_m[i]).min(self.last[i]);
         let (column, row) = (at(0, point.x), at(1, point.y));
         let tile = row / TILE * self.tile_columns + column / TILE;
-        let bit = u32::try_from(row % TILE * TILE + column % TILE).expect("below 64");
+        let bit = u8::try_from(row % TILE * TILE + column % TILE).expect("below 64");
         FineCell { tile, bit }
     }
 
@@ -79,10 +79,11 @@ impl FineCells {
     /// Calls `visit` with each fine cell of the set in the box around a footprint: the column and row of the cell that it
     /// belongs to, and its own bit.
     #[inline]
+    #[expect(clippy::cast_possible_truncation, reason = "a word has 64 bits")]
     pub(super) fn for_each_within<const SIDES: usize>(
         &self,
         footprint: &impl Footprint<SIDES>,
-        mut visit: impl FnMut((usize, usize), u32),
+        mut visit: impl FnMut((usize, usize), u8),
     ) {
         let [first_column, last_column] = self.range(0, footprint.x_range());
         let [first_row, last_row] = self.range(1, footprint.y_range());
@@ -103,9 +104,9 @@ impl FineCells {
                 }
                 let mut bits = word & within;
                 while bits != 0 {
-                    let bit = bits.trailing_zeros();
+                    let bit = bits.trailing_zeros() as u8;
                     bits &= bits - 1;
-                    let (column, row) = (bit as usize % TILE, bit as usize / TILE);
+                    let (column, row) = (usize::from(bit) % TILE, usize::from(bit) / TILE);
                     let (column, row) = (tile_column * TILE + column, tile_row * TILE + row);
                     visit((column >> self.power, row >> self.power), bit);
                 }

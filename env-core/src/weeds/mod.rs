@@ -11,7 +11,7 @@ use crate::geometry::{BarSweep, Footprint, Point, Side};
 use crate::grid::{Cell, CellSet, Grid};
 use crate::ground::SeenGround;
 use fine::FineCells;
-use index::CellIndex;
+use index::{CellIndex, State};
 
 pub use ahead::Ahead;
 pub use placement::draw;
@@ -85,14 +85,16 @@ impl Weeds {
         self.unmowed_fine.clear();
         index.build(grid, positions, |weed, cell| {
             let fine = self.unmowed_fine.at(positions[weed]);
-            if !is_mowed[weed] {
+            let is_standing = !is_mowed[weed];
+            let is_sought = is_standing && !is_detected[weed];
+            if is_standing {
                 unmowed.insert(cell);
                 self.unmowed_fine.insert(fine);
-                if !is_detected[weed] {
-                    undetected.insert(cell);
-                }
             }
-            fine.bit
+            if is_sought {
+                undetected.insert(cell);
+            }
+            State { fine_bit: fine.bit, is_standing, is_sought }
         });
     }
 
@@ -128,14 +130,14 @@ impl Weeds {
     fn find_in_fine(
         &self,
         (column, row): (usize, usize),
-        fine_bit: u32,
+        fine_bit: u8,
         sweep: &BarSweep,
         found: &mut Vec<(u32, ())>,
     ) {
         let (tile, bit) = self.grid.place(column, row);
         for weed in self.index.in_cell(Cell { column, row, tile, bit }) {
-            if weed.fine_bit == fine_bit
-                && !self.is_mowed[weed.number as usize]
+            if weed.state.fine_bit == fine_bit
+                && weed.state.is_standing
                 && sweep.contains(weed.position)
             {
                 found.push((weed.number, ()));
@@ -153,7 +155,6 @@ impl Weeds {
         ahead: &mut Ahead<T>,
     ) {
         let Self { grid, index, .. } = self;
-        let is_sought = |weed: usize| !self.is_mowed[weed] && !self.is_detected[weed];
         ahead.clear();
         let Ahead { weeds: found, cells } = ahead;
         // Weeds and ground are looked up in one go, since the same cells are touched.
@@ -165,8 +166,8 @@ impl Weeds {
             });
             tile.for_each(weeds, |cell| {
                 for weed in index.in_cell(cell) {
-                    if let Some(answer) = test(weed.position)
-                        && is_sought(weed.number as usize)
+                    if weed.state.is_sought
+                        && let Some(answer) = test(weed.position)
                     {
                         found.push((weed.number, answer));
                     }
@@ -180,8 +181,7 @@ impl Weeds {
     pub fn mow(&mut self, mowed: &[u32]) {
         for &weed in mowed {
             self.is_mowed[weed as usize] = true;
-            self.clear_fine(weed);
-            self.clear_cell(weed);
+            self.note(weed);
         }
     }
 
@@ -189,29 +189,31 @@ impl Weeds {
     pub fn detect(&mut self, detected: &[u32]) {
         for &weed in detected {
             self.is_detected[weed as usize] = true;
-            self.clear_cell(weed);
+            self.note(weed);
         }
     }
 
-    /// Strikes out the cell of a weed where none is sought any more.
-    fn clear_cell(&mut self, weed: u32) {
-        let cell = self.grid.cell_at(self.positions[weed as usize]);
-        let weeds = self.index.in_cell(cell).iter().map(|weed| weed.number as usize);
-        let standing = weeds.filter(|&weed| !self.is_mowed[weed]);
-        if standing.clone().next().is_none() {
+    /// Writes a weed's flags into the index, and strikes out the cells of it where none is sought any more.
+    fn note(&mut self, number: u32) {
+        let position = self.positions[number as usize];
+        let (cell, fine) = (self.grid.cell_at(position), self.unmowed_fine.at(position));
+        let (mut is_standing, mut is_sought, mut stands_near) = (false, false, false);
+        for weed in self.index.in_cell_mut(cell) {
+            if weed.number == number {
+                weed.state.is_standing = !self.is_mowed[number as usize];
+                weed.state.is_sought = false;
+            }
+            is_standing |= weed.state.is_standing;
+            is_sought |= weed.state.is_sought;
+            stands_near |= weed.state.is_standing && weed.state.fine_bit == fine.bit;
+        }
+        if !is_standing {
             self.unmowed_cells.remove(cell);
         }
-        if standing.clone().all(|weed| self.is_detected[weed]) {
+        if !is_sought {
             self.undetected_cells.remove(cell);
         }
-    }
-
-    /// Strikes out the fine cell of a weed where none stands any more.
-    fn clear_fine(&mut self, weed: u32) {
-        let position = self.positions[weed as usize];
-        let fine = self.unmowed_fine.at(position);
-        let mut weeds = self.index.in_cell(self.grid.cell_at(position)).iter();
-        if weeds.all(|weed| weed.fine_bit != fine.bit || self.is_mowed[weed.number as usize]) {
+        if !stands_near {
             self.unmowed_fine.remove(fine);
         }
     }
