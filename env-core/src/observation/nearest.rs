@@ -182,7 +182,8 @@ impl NearestWeeds {
             return if nearest.len() < self.listed { f64::INFINITY } else { farthest_m2 };
         }
         let mut near = others.near(from, farthest_m2);
-        for block in 0..RoughPositions::blocks(weeds.len()) {
+        let blocks = RoughPositions::blocks(weeds.len());
+        for block in 0..blocks {
             let mut bits = others.near_in(block, weeds.len(), &near);
             if bits == 0 {
                 continue;
@@ -199,7 +200,9 @@ impl NearestWeeds {
                 }
             }
             farthest_m2 = nearest.last().map_or(farthest_m2, |last| last.0);
-            near.end = others.end(farthest_m2);
+            if block + 1 < blocks {
+                near.end = others.end(farthest_m2);
+            }
         }
         farthest_m2
     }

@@ -22,21 +22,19 @@ const VECTOR: usize = 8;
 pub(super) struct RoughPositions {
     units_per_m: f64,
     blocks: Vec<Block>,
+    /// For each block which of its places are in the set.
+    members: Vec<u64>,
 }
 
-#[derive(Debug, Clone, Copy)]
-struct Block {
-    /// In each vector x and y in turn.
-    groups: [[[i16; 2 * VECTOR]; GROUP / VECTOR]; BLOCK / GROUP],
-    /// Which places are in the set.
-    members: u64,
-}
+/// Positions in vectors, each x and y in turn.
+type Block = [[[i16; 2 * VECTOR]; GROUP / VECTOR]; BLOCK / GROUP];
 
 impl RoughPositions {
     /// Room for so many.
     pub(super) fn with_room(positions: usize) -> Self {
-        let nobody = Block { groups: [[[0; 2 * VECTOR]; GROUP / VECTOR]; BLOCK / GROUP], members: 0 };
-        Self { units_per_m: 0.0, blocks: vec![nobody; positions.div_ceil(BLOCK)] }
+        let blocks = Self::blocks(positions);
+        let nobody = [[[0; 2 * VECTOR]; GROUP / VECTOR]; BLOCK / GROUP];
+        Self { units_per_m: 0.0, blocks: vec![nobody; blocks], members: vec![0; blocks] }
     }
 
     /// Chooses the unit for a pasture of that size; the positions so far lose their meaning.
@@ -46,14 +44,14 @@ impl RoughPositions {
 
     /// Takes every position out.
     pub(super) fn clear(&mut self) {
-        self.blocks.iter_mut().for_each(|block| block.members = 0);
+        self.members.fill(0);
     }
 
     /// Writes a position, which is not put into the set.
     pub(super) fn write(&mut self, place: usize, position: Point) {
         let [x, y] = self.in_units(position);
         let at = 2 * (place % VECTOR);
-        let group = &mut self.blocks[place / BLOCK].groups[place % BLOCK / GROUP];
+        let group = &mut self.blocks[place / BLOCK][place % BLOCK / GROUP];
         let vector = &mut group[place % GROUP / VECTOR];
         vector[at] = x;
         vector[at + 1] = y;
@@ -62,13 +60,13 @@ impl RoughPositions {
     /// Puts the position written in a place into the set.
     #[inline]
     pub(super) fn insert(&mut self, place: usize) {
-        self.blocks[place / BLOCK].members |= 1 << (place % BLOCK);
+        self.members[place / BLOCK] |= 1 << (place % BLOCK);
     }
 
     /// Takes a position out of the set.
     #[inline]
     pub(super) fn remove(&mut self, place: usize) {
-        self.blocks[place / BLOCK].members &= !(1 << (place % BLOCK));
+        self.members[place / BLOCK] &= !(1 << (place % BLOCK));
     }
 
     /// Takes one position out and puts another in.
@@ -80,8 +78,8 @@ impl RoughPositions {
 
     /// The first place in the set.
     pub(super) fn first(&self) -> Option<usize> {
-        let block = self.blocks.iter().position(|block| block.members != 0)?;
-        Some(Self::place(block, self.blocks[block].members))
+        let block = self.members.iter().position(|&members| members != 0)?;
+        Some(Self::place(block, self.members[block]))
     }
 
     /// How many blocks the first `places` are in.
@@ -100,7 +98,10 @@ impl RoughPositions {
     #[inline]
     pub(super) fn near(&self, point: Point, within_m2: f64) -> Near {
         let [x, y] = self.in_units(point);
-        Near { at: i16x16::new([x, y, x, y, x, y, x, y, x, y, x, y, x, y, x, y]), end: self.end(within_m2) }
+        Near {
+            at: i16x16::new([x, y, x, y, x, y, x, y, x, y, x, y, x, y, x, y]),
+            end: self.end(within_m2),
+        }
     }
 
     /// The squared distance in units from which on a position is certainly farther than that.
@@ -113,18 +114,18 @@ impl RoughPositions {
     /// Which of the first `places` are in the set and perhaps near, as bits of a block.
     #[inline]
     pub(super) fn near_in(&self, block: usize, places: usize, near: &Near) -> u64 {
-        let Block { groups, members } = &self.blocks[block];
         let mut bits = 0;
-        for (first, group) in (block * BLOCK..places).step_by(GROUP).zip(groups) {
+        for (first, group) in (block * BLOCK..places).step_by(GROUP).zip(&self.blocks[block]) {
             // What is below 0 has its highest bit set, which narrowing leaves.
             let [a, b] = group.map(|vector| {
                 let offset = i16x16::new(vector) - near.at;
                 i16x8::from_i32x8_saturate(offset.dot(offset) - near.end).to_array()
             });
-            let both: [i16; GROUP] = std::array::from_fn(|i| if i < VECTOR { a[i] } else { b[i - VECTOR] });
+            let both: [i16; GROUP] =
+                std::array::from_fn(|i| if i < VECTOR { a[i] } else { b[i - VECTOR] });
             bits |= u64::from(i16x16::new(both).to_bitmask()) << (first % BLOCK);
         }
-        bits & members
+        bits & self.members[block]
     }
 
     #[inline]
@@ -179,7 +180,8 @@ mod tests {
                 let near = rough.near(from, sorted[12]);
                 let mut found = 0;
                 for (place, distance_m2) in distances_m2.enumerate() {
-                    let is_near = rough.near_in(place / BLOCK, 40, &near) >> (place % BLOCK) & 1 == 1;
+                    let is_near =
+                        rough.near_in(place / BLOCK, 40, &near) >> (place % BLOCK) & 1 == 1;
                     assert!(is_near || distance_m2 > sorted[12], "{place} from {from}");
                     found += usize::from(is_near);
                 }

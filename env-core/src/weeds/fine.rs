@@ -124,4 +124,3 @@ impl FineCells {
         [first.min(last), end.min(last)]
     }
 }
-
