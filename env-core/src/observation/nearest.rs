@@ -61,6 +61,9 @@ impl NearestWeeds {
     /// Forgets all weeds: the known ones are others now.
     pub(super) fn clear(&mut self) {
         self.forget_all();
+        // A clone has no more room than it holds weeds.
+        self.weeds.reserve_exact(self.room());
+        self.nearest.reserve_exact(self.listed);
         self.window = Window::EVERYWHERE;
         self.next_number = 0;
         self.removals = 0;
