@@ -43,9 +43,7 @@ impl Deck {
 
     /// Finds what the bar will meet on a piece, before its stretches are driven.
     pub fn prepare(&mut self, piece: &Piece, weeds: &Weeds, ground: &SeenGround) {
-        let sweep = piece.sweep(self.width_m);
-        let is_met = |point| sweep.contains(point).then_some(());
-        weeds.find_standing(&sweep, is_met, ground, &mut self.ahead);
+        weeds.find_standing(&piece.sweep(self.width_m), ground, &mut self.ahead);
     }
 
     /// Whether the bar meets nothing on the piece that it is prepared for.

@@ -6,7 +6,7 @@ use smallvec::SmallVec;
 use wide::i16x16;
 
 use crate::geometry::{Footprint, Point, Side};
-use crate::math::{floor_index, larger, number, smaller};
+use crate::math::{floor_index, floor_indices, larger, number, smaller};
 
 /// Slack that keeps the ranges on the safe side of rounding, metres.
 const SLACK_M: f64 = 1e-6;
@@ -148,8 +148,8 @@ impl Grid {
         footprint: &impl Footprint<SIDES>,
     ) -> (Range<usize>, Range<usize>) {
         let cells = |(low_m, high_m): (f64, f64), per_m: f64, count: usize| {
-            let first = floor_index((low_m - SLACK_M) * per_m);
-            let end = floor_index((high_m + SLACK_M) * per_m + 1.0);
+            let (low, high) = ((low_m - SLACK_M) * per_m, (high_m + SLACK_M) * per_m);
+            let [first, end] = floor_indices([low, high + 1.0]);
             first..end.min(count)
         };
         (

@@ -6,6 +6,8 @@
 use std::f64::consts::{PI, TAU};
 use std::ops::{Add, Mul};
 
+use wide::f64x2;
+
 /// Sine and cosine of `angle_rad`.
 #[must_use]
 pub fn sin_cos(angle_rad: f64) -> (f64, f64) {
@@ -101,6 +103,19 @@ pub fn floor_index(value: f64) -> usize {
     (value as i32).max(0) as usize
 }
 
+/// Rounds two numbers towards zero, as [`floor_index`] does, in less than half its instructions; but of a whole number it
+/// may be the one before.
+#[must_use]
+#[inline]
+#[expect(clippy::cast_possible_truncation, reason = "the lowest 32 bits are wanted")]
+pub fn floor_indices(values: [f64; 2]) -> [usize; 2] {
+    // A number so large has no bits left for a fraction; its lowest ones are those of the whole number.
+    const NO_FRACTION: f64 = 1.5 * (1_u64 << 52) as f64;
+    let nearest = f64x2::new(values) - f64x2::splat(0.5);
+    let nearest = nearest.fast_max(f64x2::ZERO).fast_min(f64x2::splat(2e9));
+    (nearest + f64x2::splat(NO_FRACTION)).to_array().map(|value| value.to_bits() as u32 as usize)
+}
+
 /// The number of a cell, or a count, below four thousand million. Two instructions, where a cast takes half a dozen.
 #[must_use]
 #[inline]
@@ -134,6 +149,18 @@ mod tests {
             let ((sinc, cos), (sine, cosine)) = (small_sinc_cos(angle), sin_cos(angle));
             assert!((sinc * angle - sine).abs() < 1.2e-16, "{angle}");
             assert!((cos - cosine).abs() < 1.2e-16, "{angle}");
+        }
+    }
+
+    #[test]
+    fn two_indices_at_once_are_those_of_each_or_that_before_a_whole_number() {
+        for value in [-1e300, -3.7, -0.2, 0.0, 0.4, 0.5, 0.9, 1.1, 1.5, 2.999, 3e5 + 0.5, 1.9e9] {
+            assert_eq!(floor_indices([value, 7.5]), [floor_index(value), 7], "{value}");
+            assert_eq!(floor_indices([6.3, value]), [6, floor_index(value)], "{value}");
+        }
+        for value in 1..9_u32 {
+            let [index, _] = floor_indices([f64::from(value), f64::INFINITY]);
+            assert!(index == value as usize || index + 1 == value as usize, "{value}");
         }
     }
 

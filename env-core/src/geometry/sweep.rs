@@ -1,5 +1,7 @@
 //! The ground that the implement passes over while the mower follows an arc.
 
+use wide::f64x2;
+
 use super::{Arc, Footprint, Frame, Point, Side};
 use crate::math::{larger, smaller};
 
@@ -74,17 +76,17 @@ impl BarSweep {
         let half_width_m = 0.5 * width_m;
         // The bar's outer end leaves the hull of the two bars by (1/k + b)(1 - cos(ks/2)) <= (|k| + b k^2) s^2 / 8.
         let bulge_m = (k + half_width_m * k * k) * length_m * length_m / 8.0 + 2.0 * border_m;
-        // The four ends of the two bars along one axis, as lowest and highest value.
-        let extent = |at_start: f64, at_end: f64, across_start: f64, across_end: f64| {
-            let (start_half_m, end_half_m) =
-                (half_width_m * across_start.abs(), half_width_m * across_end.abs());
-            let low_m = (at_start - start_half_m).min(at_end - end_half_m);
-            let high_m = (at_start + start_half_m).max(at_end + end_half_m);
-            (low_m - bulge_m, high_m + bulge_m)
+        // The four ends of the two bars, along x and y at once.
+        let ends = |bar: Frame| {
+            let half_m = f64x2::splat(half_width_m) * f64x2::new([bar.sin, bar.cos]).abs();
+            let middle = f64x2::new([bar.pose.x_m, bar.pose.y_m]);
+            (middle - half_m, middle + half_m)
         };
+        let (from, to) = (ends(start), ends(end));
+        let [low_x_m, low_y_m] = (from.0.fast_min(to.0) - f64x2::splat(bulge_m)).to_array();
+        let [high_x_m, high_y_m] = (from.1.fast_max(to.1) + f64x2::splat(bulge_m)).to_array();
+        let (x_range, y_range) = ((low_x_m, high_x_m), (low_y_m, high_y_m));
         let sweeps_backwards = k * (half_width_m + border_m) >= 1.0;
-        let y_range = extent(start.pose.y_m, end.pose.y_m, start.cos, end.cos);
-        let x_range = extent(start.pose.x_m, end.pose.x_m, start.sin, end.sin);
         Self {
             start,
             end,

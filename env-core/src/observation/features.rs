@@ -104,7 +104,7 @@ impl FeatureEncoder {
         let (weeds, nothing) = weeds.split_at_mut(3 * nearest.len());
         let per_m = 1.0 / (site.length_m + site.width_m);
         let (ahead, left) = ((cos * per_m, sin * per_m), (-sin * per_m, cos * per_m));
-        for ((_, weed), row) in nearest.iter().zip(weeds.chunks_exact_mut(3)) {
+        for (weed, row) in nearest.zip(weeds.chunks_exact_mut(3)) {
             let offset = weed.position - pose.position();
             row[0] = signed(ahead.0 * offset.x + ahead.1 * offset.y);
             row[1] = signed(left.0 * offset.x + left.1 * offset.y);

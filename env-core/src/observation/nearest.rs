@@ -2,7 +2,7 @@
 
 use super::rough::RoughPositions;
 use crate::geometry::Point;
-use crate::known::{KnownWeed, KnownWeeds, Window, is_before};
+use crate::known::{KnownWeed, KnownWeeds, Window};
 
 /// How many weeds are remembered at most for each one that is listed.
 const REMEMBERED: usize = 16;
@@ -18,29 +18,33 @@ const SPARE: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub(super) struct NearestWeeds {
     listed: usize,
-    /// First those listed last time with their squared distances, nearest first, then the others.
-    weeds: Vec<(f64, KnownWeed)>,
-    count: usize,
+    /// The weeds remembered, each in a place that it keeps.
+    weeds: Vec<KnownWeed>,
+    /// The squared distances and places of those listed last time, nearest first.
+    nearest: Vec<(f64, usize)>,
     /// Where the others stand.
     others: RoughPositions,
     window: Window,
     next_number: u32,
     removals: usize,
+    /// Room for those found among all known weeds.
+    found: Vec<(f64, KnownWeed)>,
 }
 
 impl NearestWeeds {
     /// Lists the `listed` nearest.
     pub(super) fn new(listed: usize) -> Self {
         let nobody = (0.0, KnownWeed { number: 0, position: Point::origin() });
-        let others = (REMEMBERED - 1) * listed;
+        let remembered = REMEMBERED * listed;
         Self {
             listed,
-            weeds: vec![nobody; listed + others],
-            count: 0,
-            others: RoughPositions::with_room(others),
+            weeds: Vec::with_capacity(remembered),
+            nearest: Vec::with_capacity(listed),
+            others: RoughPositions::with_room(remembered),
             window: Window::EVERYWHERE,
             next_number: 0,
             removals: 0,
+            found: vec![nobody; listed],
         }
     }
 
@@ -49,38 +53,47 @@ impl NearestWeeds {
         self.listed
     }
 
+    /// How many may be remembered.
+    fn room(&self) -> usize {
+        REMEMBERED * self.listed
+    }
+
     /// Forgets all weeds: the known ones are others now.
     pub(super) fn clear(&mut self) {
-        self.count = 0;
+        self.forget_all();
+        // A clone has no more room than it holds weeds.
+        self.weeds.reserve_exact(self.room());
+        self.nearest.reserve_exact(self.listed);
         self.window = Window::EVERYWHERE;
         self.next_number = 0;
         self.removals = 0;
     }
 
     /// The nearest weeds to `from`, nearest first, ties by order of detection.
-    pub(super) fn find(&mut self, from: Point, known: &KnownWeeds) -> &[(f64, KnownWeed)] {
+    #[inline]
+    pub(super) fn find(
+        &mut self,
+        from: Point,
+        known: &KnownWeeds,
+    ) -> impl ExactSizeIterator<Item = &KnownWeed> {
         self.catch_up(known);
         loop {
-            self.rank(from);
-            if self.is_certain(from) || !self.widen(from, known) {
-                return &self.weeds[..self.listed.min(self.count)];
+            let limit_m2 = self.rank(from);
+            if self.is_certain(from, limit_m2) || !self.widen(from, limit_m2, known) {
+                return self.nearest.iter().map(|&(_, place)| &self.weeds[place]);
             }
         }
     }
 
-    /// Whether no other weed can be closer than those at the front.
+    /// Whether the window holds all weeds that are not farther than that.
     #[inline]
-    fn is_certain(&self, from: Point) -> bool {
+    fn is_certain(&self, from: Point, limit_m2: f64) -> bool {
         let margin_m = self.window.margin_m(from);
-        margin_m == f64::INFINITY || (margin_m > 0.0 && margin_m * margin_m > self.limit_m2())
-    }
-
-    /// Squared distance of the last weed listed; infinite if there is room for more.
-    fn limit_m2(&self) -> f64 {
-        if self.count < self.listed { f64::INFINITY } else { self.weeds[self.listed - 1].0 }
+        margin_m == f64::INFINITY || (margin_m > 0.0 && margin_m * margin_m > limit_m2)
     }
 
     /// Leaves out weeds that were mowed and takes in those that were detected.
+    #[inline]
     fn catch_up(&mut self, known: &KnownWeeds) {
         let removed = &known.removed()[self.removals..];
         if !removed.is_empty() {
@@ -102,72 +115,113 @@ impl NearestWeeds {
     }
 
     /// Leaves out a weed, if it is remembered.
+    #[inline(never)]
     fn forget(&mut self, number: u32) {
-        let mut weeds = self.weeds[..self.count].iter();
-        let Some(place) = weeds.position(|(_, weed)| weed.number == number) else { return };
-        self.count -= 1;
-        self.weeds[place] = self.weeds[self.count];
-        if place >= self.listed {
-            self.others.put(place - self.listed, self.weeds[place].1.position);
+        let Some(place) = self.weeds.iter().position(|weed| weed.number == number) else { return };
+        self.others.remove(place);
+        self.nearest.retain(|&(_, listed)| listed != place);
+        self.weeds.swap_remove(place);
+        // The last one has moved there.
+        let last = self.weeds.len();
+        if let Some(moved) = self.weeds.get(place) {
+            self.others.write(place, moved.position);
+            if let Some(listed) = self.nearest.iter_mut().find(|listed| listed.1 == last) {
+                listed.1 = place;
+            } else {
+                self.others.remove(last);
+                self.others.insert(place);
+            }
         }
+        if self.nearest.len() < self.listed
+            && let Some(place) = self.others.first()
+        {
+            self.others.remove(place);
+            self.nearest.push((0.0, place));
+        }
+    }
+
+    /// Forgets all weeds remembered.
+    fn forget_all(&mut self) {
+        self.weeds.clear();
+        self.nearest.clear();
+        self.others.clear();
     }
 
     /// Adds a weed; returns whether there was room.
     fn remember(&mut self, weed: KnownWeed) -> bool {
-        let has_room = self.count < self.weeds.len();
+        let place = self.weeds.len();
+        let has_room = place < self.room();
         if has_room {
-            self.weeds[self.count] = (0.0, weed);
-            if self.count >= self.listed {
-                self.others.put(self.count - self.listed, weed.position);
+            self.weeds.push(weed);
+            self.others.write(place, weed.position);
+            if self.nearest.len() < self.listed {
+                self.nearest.push((0.0, place));
+            } else {
+                self.others.insert(place);
             }
-            self.count += 1;
         }
         has_room
     }
 
-    /// Moves the nearest of the weeds remembered to the front, in order.
+    /// Lists the nearest of the weeds remembered, in order; returns the squared distance of the last one, which is infinite
+    /// if there is room for more.
     #[inline]
-    fn rank(&mut self, from: Point) {
-        let (listed, others) = self.weeds[..self.count].split_at_mut(self.listed.min(self.count));
+    fn rank(&mut self, from: Point) -> f64 {
+        let Self { weeds, nearest, others, .. } = self;
+        let distance_m2 = |place: usize| (weeds[place].position - from).norm_squared();
         // Their order has often hardly changed since the last time.
-        for place in 0..listed.len() {
-            listed[place].0 = (listed[place].1.position - from).norm_squared();
-            move_forward(&mut listed[..=place]);
+        let mut farthest_m2 = -1.0;
+        for rank in 0..nearest.len() {
+            let place = nearest[rank].1;
+            let distance_m2 = distance_m2(place);
+            nearest[rank].0 = distance_m2;
+            if distance_m2 > farthest_m2 {
+                farthest_m2 = distance_m2;
+            } else {
+                move_forward(&mut nearest[..=rank], weeds);
+            }
         }
-        let Some(last) = listed.len().checked_sub(1) else { return };
-        let mut near = self.others.near(from, listed[last].0);
-        for block in RoughPositions::blocks(others.len()) {
-            let mut bits = self.others.near_in(block, &near);
+        if weeds.len() <= nearest.len() {
+            return if nearest.len() < self.listed { f64::INFINITY } else { farthest_m2 };
+        }
+        let mut near = others.near(from, farthest_m2);
+        let blocks = RoughPositions::blocks(weeds.len());
+        for block in 0..blocks {
+            let mut bits = others.near_in(block, weeds.len(), &near);
             if bits == 0 {
                 continue;
             }
             while bits != 0 {
                 let place = RoughPositions::place(block, bits);
                 bits &= bits - 1;
-                let Some(other) = others.get_mut(place) else { break };
-                other.0 = (other.1.position - from).norm_squared();
-                if is_before(other, &listed[last]) {
-                    std::mem::swap(other, &mut listed[last]);
-                    self.others.put(place, other.1.position);
-                    move_forward(listed);
+                let other = (distance_m2(place), place);
+                let Some(last) = nearest.last_mut() else { break };
+                if is_before(other, *last, weeds) {
+                    others.exchange(place, last.1);
+                    *last = other;
+                    move_forward(nearest, weeds);
                 }
             }
-            near.end = self.others.end(listed[last].0);
+            farthest_m2 = nearest.last().map_or(farthest_m2, |last| last.0);
+            if block + 1 < blocks {
+                near.end = others.end(farthest_m2);
+            }
         }
+        farthest_m2
     }
 
     /// Makes the window large enough to be certain of the nearest weeds, which are to be ranked then; returns false if
     /// there is not room for it, and lists them at once.
     #[cold]
-    fn widen(&mut self, from: Point, known: &KnownWeeds) -> bool {
-        if known.len() <= self.weeds.len() {
+    fn widen(&mut self, from: Point, mut limit_m2: f64, known: &KnownWeeds) -> bool {
+        if known.len() <= self.room() {
             return self.extend(Window::EVERYWHERE, known);
         }
-        if self.count < self.listed {
-            self.look_up(from, known);
+        if self.weeds.len() < self.listed {
+            limit_m2 = self.look_up(from, known);
         }
         // So many weeds are within this reach at least.
-        let reach_m = self.limit_m2().sqrt() * (1.0 + SPARE) + SPARE_M;
+        let reach_m = limit_m2.sqrt() * (1.0 + SPARE) + SPARE_M;
         let around = Window::around(from, reach_m, known.size_m());
         if self.extend(self.window.with(&around), known) {
             return true;
@@ -183,7 +237,7 @@ impl NearestWeeds {
     /// Takes in the weeds of a window that holds the present one; returns whether there was room.
     fn extend(&mut self, window: Window, known: &KnownWeeds) -> bool {
         if self.window == Window::NOWHERE {
-            self.count = 0;
+            self.forget_all();
         }
         let mut has_room = true;
         let before = self.window;
@@ -194,26 +248,36 @@ impl NearestWeeds {
         has_room
     }
 
-    /// Finds the nearest among all known weeds, and remembers no others.
-    fn look_up(&mut self, from: Point, known: &KnownWeeds) {
+    /// Finds the nearest among all known weeds, and remembers no others; returns the squared distance of the last one.
+    fn look_up(&mut self, from: Point, known: &KnownWeeds) -> f64 {
         self.window = Window::NOWHERE;
-        self.count = known.nearest(from, &mut self.weeds[..self.listed]);
+        self.forget_all();
+        let count = known.nearest(from, &mut self.found);
+        for place in 0..count {
+            self.remember(self.found[place].1);
+        }
+        self.found[..count].last().map_or(f64::INFINITY, |last| last.0)
     }
 }
 
-/// Moves the last weed of a list that is sorted up to it to where it belongs.
+/// Whether a weed is listed before another, both with their squared distances: the nearer one, and of two as near that
+/// detected first.
 #[inline]
-fn move_forward(weeds: &mut [(f64, KnownWeed)]) {
-    let mut place = weeds.len() - 1;
-    if place == 0 || !is_before(&weeds[place], &weeds[place - 1]) {
-        return;
+fn is_before(weed: (f64, usize), other: (f64, usize), weeds: &[KnownWeed]) -> bool {
+    weed.0 < other.0 || (weed.0 <= other.0 && weeds[weed.1].number < weeds[other.1].number)
+}
+
+/// Moves the last weed of a list that is sorted up to it to where it belongs.
+#[inline(always)]
+#[expect(clippy::inline_always, reason = "the call would take longer than most moves")]
+fn move_forward(nearest: &mut [(f64, usize)], weeds: &[KnownWeed]) {
+    let mut rank = nearest.len() - 1;
+    let weed = nearest[rank];
+    while rank > 0 && is_before(weed, nearest[rank - 1], weeds) {
+        nearest[rank] = nearest[rank - 1];
+        rank -= 1;
     }
-    let weed = weeds[place];
-    while place > 0 && is_before(&weed, &weeds[place - 1]) {
-        weeds[place] = weeds[place - 1];
-        place -= 1;
-    }
-    weeds[place] = weed;
+    nearest[rank] = weed;
 }
 
 #[cfg(test)]
@@ -271,13 +335,13 @@ mod tests {
             }
         }
 
-        fn nearest_of_all(&self, listed: usize) -> Vec<(f64, KnownWeed)> {
+        fn nearest_of_all(&self, listed: usize) -> Vec<KnownWeed> {
             let distance_m2 = |weed: &KnownWeed| (weed.position - self.at).norm_squared();
             let mut all: Vec<_> =
                 self.known.iter().map(|weed| (distance_m2(weed), *weed)).collect();
             all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.number.cmp(&b.1.number)));
             all.truncate(listed);
-            all
+            all.into_iter().map(|(_, weed)| weed).collect()
         }
     }
 
@@ -295,7 +359,8 @@ mod tests {
             }
             let listed = nearest.listed();
             let expected = walk.nearest_of_all(listed);
-            assert_eq!(nearest.find(walk.at, &walk.known), expected, "step {step}");
+            let found: Vec<KnownWeed> = nearest.find(walk.at, &walk.known).copied().collect();
+            assert_eq!(found, expected, "step {step}");
             walk.step(length_m);
         }
     }
@@ -323,7 +388,8 @@ mod tests {
         for step in 0..300 {
             walk.at = lattice(step * 13 % 6000);
             walk.detect_within(4.0);
-            assert_eq!(nearest.find(walk.at, &walk.known), walk.nearest_of_all(8));
+            let found: Vec<KnownWeed> = nearest.find(walk.at, &walk.known).copied().collect();
+            assert_eq!(found, walk.nearest_of_all(8));
         }
     }
 
@@ -334,7 +400,8 @@ mod tests {
         let mut nearest = NearestWeeds::new(8);
         for _ in 0..5 {
             walk.detect_within(9.0);
-            assert_eq!(nearest.find(walk.at, &walk.known), walk.nearest_of_all(8));
+            let found: Vec<KnownWeed> = nearest.find(walk.at, &walk.known).copied().collect();
+            assert_eq!(found, walk.nearest_of_all(8));
             walk.at = at;
         }
     }

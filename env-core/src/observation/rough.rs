@@ -1,8 +1,6 @@
 //! Positions in a few bits, so that many are compared at once.
 
-use std::ops::Range;
-
-use wide::{i16x8, i32x4};
+use wide::{f64x2, i16x8, i16x16, i32x8};
 
 use crate::geometry::Point;
 use crate::math::{larger, smaller};
@@ -11,22 +9,32 @@ use crate::math::{larger, smaller};
 const UNITS: f64 = 30_000.0;
 /// Rounding two positions to whole units brings them closer by less than this, in units.
 const SLACK_UNITS: f64 = 1.5;
-/// Positions that are compared at once, and positions of a vector.
-const BLOCK: usize = 16;
-const VECTOR: usize = 4;
+/// A number so large has no bits left for a fraction; its lowest ones are those of the whole number.
+const NO_FRACTION: f64 = 1.5 * (1_u64 << 52) as f64;
+/// Positions of a block, those that are compared at once, and those of a vector.
+const BLOCK: usize = 64;
+const GROUP: usize = 16;
+const VECTOR: usize = 8;
 
-/// Positions on a pasture in whole units; those off it are moved onto its border, which takes no two of them apart.
+/// A set of positions on a pasture in whole units, each in a place of its own; those off the pasture are moved onto its
+/// border, which takes no two of them apart.
 #[derive(Debug, Clone)]
 pub(super) struct RoughPositions {
     units_per_m: f64,
-    blocks: Vec<[[i16; 2 * VECTOR]; BLOCK / VECTOR]>,
+    blocks: Vec<Block>,
+    /// For each block which of its places are in the set.
+    members: Vec<u64>,
 }
+
+/// Positions in vectors, each x and y in turn.
+type Block = [[[i16; 2 * VECTOR]; GROUP / VECTOR]; BLOCK / GROUP];
 
 impl RoughPositions {
     /// Room for so many.
     pub(super) fn with_room(positions: usize) -> Self {
-        let blocks = vec![[[0; 2 * VECTOR]; BLOCK / VECTOR]; positions.div_ceil(BLOCK)];
-        Self { units_per_m: 0.0, blocks }
+        let blocks = Self::blocks(positions);
+        let nobody = [[[0; 2 * VECTOR]; GROUP / VECTOR]; BLOCK / GROUP];
+        Self { units_per_m: 0.0, blocks: vec![nobody; blocks], members: vec![0; blocks] }
     }
 
     /// Chooses the unit for a pasture of that size; the positions so far lose their meaning.
@@ -34,25 +42,55 @@ impl RoughPositions {
         self.units_per_m = UNITS / larger(length_m, width_m);
     }
 
-    /// Writes a position.
-    #[inline]
-    pub(super) fn put(&mut self, place: usize, position: Point) {
+    /// Takes every position out.
+    pub(super) fn clear(&mut self) {
+        self.members.fill(0);
+    }
+
+    /// Writes a position, which is not put into the set.
+    pub(super) fn write(&mut self, place: usize, position: Point) {
         let [x, y] = self.in_units(position);
         let at = 2 * (place % VECTOR);
-        let vector = &mut self.blocks[place / BLOCK][place % BLOCK / VECTOR];
+        let group = &mut self.blocks[place / BLOCK][place % BLOCK / GROUP];
+        let vector = &mut group[place % GROUP / VECTOR];
         vector[at] = x;
         vector[at + 1] = y;
     }
 
-    /// The blocks of the first `positions`.
+    /// Puts the position written in a place into the set.
     #[inline]
-    pub(super) fn blocks(positions: usize) -> Range<usize> {
-        0..positions.div_ceil(BLOCK)
+    pub(super) fn insert(&mut self, place: usize) {
+        self.members[place / BLOCK] |= 1 << (place % BLOCK);
+    }
+
+    /// Takes a position out of the set.
+    #[inline]
+    pub(super) fn remove(&mut self, place: usize) {
+        self.members[place / BLOCK] &= !(1 << (place % BLOCK));
+    }
+
+    /// Takes one position out and puts another in.
+    #[inline]
+    pub(super) fn exchange(&mut self, out: usize, into: usize) {
+        self.remove(out);
+        self.insert(into);
+    }
+
+    /// The first place in the set.
+    pub(super) fn first(&self) -> Option<usize> {
+        let block = self.members.iter().position(|&members| members != 0)?;
+        Some(Self::place(block, self.members[block]))
+    }
+
+    /// How many blocks the first `places` are in.
+    #[inline]
+    pub(super) fn blocks(places: usize) -> usize {
+        places.div_ceil(BLOCK)
     }
 
     /// The place that the lowest of a block's bits stands for.
     #[inline]
-    pub(super) fn place(block: usize, bits: u32) -> usize {
+    pub(super) fn place(block: usize, bits: u64) -> usize {
         block * BLOCK + bits.trailing_zeros() as usize
     }
 
@@ -60,54 +98,55 @@ impl RoughPositions {
     #[inline]
     pub(super) fn near(&self, point: Point, within_m2: f64) -> Near {
         let [x, y] = self.in_units(point);
-        let is_x = i16x8::new([-1, 0, -1, 0, -1, 0, -1, 0]);
-        let at = (i16x8::splat(x) & is_x) | (i16x8::splat(y) & !is_x);
-        Near { at, end: self.end(within_m2) }
+        Near {
+            at: i16x16::new([x, y, x, y, x, y, x, y, x, y, x, y, x, y, x, y]),
+            end: self.end(within_m2),
+        }
     }
 
     /// The squared distance in units from which on a position is certainly farther than that.
     #[inline]
-    pub(super) fn end(&self, within_m2: f64) -> i32x4 {
+    pub(super) fn end(&self, within_m2: f64) -> i32x8 {
         let units = within_m2.sqrt() * self.units_per_m + SLACK_UNITS;
-        i32x4::splat(whole(smaller(units * units, f64::from(i32::MAX))))
+        i32x8::splat(whole(smaller(units * units, f64::from(i32::MAX))))
     }
 
-    /// Which places of a block are perhaps near, as bits.
+    /// Which of the first `places` are in the set and perhaps near, as bits of a block.
     #[inline]
-    pub(super) fn near_in(&self, block: usize, near: &Near) -> u32 {
-        let beyond = self.blocks[block].map(|vector| {
-            let offset = i16x8::new(vector) - near.at;
-            offset.dot(offset) - near.end
-        });
-        // What is below 0 has its highest bit set.
-        let [a, b, c, d] = beyond;
-        if (a | b | c | d).to_bitmask() == 0 {
-            return 0;
+    pub(super) fn near_in(&self, block: usize, places: usize, near: &Near) -> u64 {
+        let mut bits = 0;
+        for (first, group) in (block * BLOCK..places).step_by(GROUP).zip(&self.blocks[block]) {
+            // What is below 0 has its highest bit set, which narrowing leaves.
+            let [a, b] = group.map(|vector| {
+                let offset = i16x16::new(vector) - near.at;
+                i16x8::from_i32x8_saturate(offset.dot(offset) - near.end).to_array()
+            });
+            let both: [i16; GROUP] =
+                std::array::from_fn(|i| if i < VECTOR { a[i] } else { b[i - VECTOR] });
+            bits |= u64::from(i16x16::new(both).to_bitmask()) << (first % BLOCK);
         }
-        let bits = beyond.map(i32x4::to_bitmask);
-        bits[0] | bits[1] << VECTOR | bits[2] << (2 * VECTOR) | bits[3] << (3 * VECTOR)
+        bits & self.members[block]
     }
 
     #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "16 bits hold the units")]
     fn in_units(&self, position: Point) -> [i16; 2] {
-        [position.x, position.y]
-            .map(|at_m| whole(smaller(larger(at_m * self.units_per_m, 0.0), UNITS)) as i16)
+        let units = f64x2::new([position.x, position.y]) * f64x2::splat(self.units_per_m);
+        let units = units.fast_max(f64x2::ZERO).fast_min(f64x2::splat(UNITS));
+        (units + f64x2::splat(NO_FRACTION)).to_array().map(|units| units.to_bits() as i16)
     }
 }
 
 /// The ground within a distance of a point.
 pub(super) struct Near {
-    at: i16x8,
-    pub(super) end: i32x4,
+    at: i16x16,
+    pub(super) end: i32x8,
 }
 
 /// A number that 32 bits hold, rounded to a whole one.
 #[inline]
 #[expect(clippy::cast_possible_truncation, reason = "the lowest 32 bits are wanted")]
 fn whole(number: f64) -> i32 {
-    // A number so large has no bits left for a fraction; its lowest ones are those of the whole number.
-    const NO_FRACTION: f64 = 1.5 * (1_u64 << 52) as f64;
     (number + NO_FRACTION).to_bits() as i32
 }
 
@@ -129,7 +168,8 @@ mod tests {
             };
             let positions: Vec<Point> = (0..40).map(|_| anywhere(0.0)).collect();
             for (place, &position) in positions.iter().enumerate() {
-                rough.put(place, position);
+                rough.write(place, position);
+                rough.insert(place);
             }
             for _ in 0..200 {
                 let from = anywhere(0.5);
@@ -140,7 +180,8 @@ mod tests {
                 let near = rough.near(from, sorted[12]);
                 let mut found = 0;
                 for (place, distance_m2) in distances_m2.enumerate() {
-                    let is_near = rough.near_in(place / BLOCK, &near) >> (place % BLOCK) & 1 == 1;
+                    let is_near =
+                        rough.near_in(place / BLOCK, 40, &near) >> (place % BLOCK) & 1 == 1;
                     assert!(is_near || distance_m2 > sorted[12], "{place} from {from}");
                     found += usize::from(is_near);
                 }

@@ -1,25 +1,36 @@
 //! Where weeds stand, more finely than by cells.
 
 use crate::geometry::{Footprint, Point};
-use crate::grid::Grid;
-use crate::math::floor_index;
+use crate::grid::{Grid, TILE};
+use crate::math::{floor_index, floor_indices};
 
 /// Fine cells along either side of a cell, as a power of two; fewer where a pasture would have more of them than that.
 const FINEST: u32 = 2;
 const MOST: usize = 1 << 18;
 /// Slack that keeps the ranges on the safe side of rounding, metres.
 const SLACK_M: f64 = 1e-6;
+/// The first fine cell of every row of a tile.
+const EVERY_ROW: u64 = 0x0101_0101_0101_0101;
 
-/// A set of fine cells, of which each cell has the same number along x and y.
+/// A set of fine cells, of which each cell has the same number along x and y, and 8 by 8 of them make a tile.
 ///
 /// A bar that passes beside standing weeds touches many cells that hold some, but few such fine cells.
 #[derive(Debug, Clone)]
 pub(super) struct FineCells {
     power: u32,
-    columns: usize,
-    rows: usize,
-    /// Words of 64 columns of a row; those of the same columns row by row.
+    /// For x and y: how many there are in a metre, and the last one.
+    per_m: [f64; 2],
+    last: [usize; 2],
+    tile_columns: usize,
+    /// A word a tile, tiles row by row, and within a tile the fine cells row by row, lowest bit first.
     words: Vec<u64>,
+}
+
+/// A fine cell: its tile, and its bit in it, which no other fine cell of the same cell has.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FineCell {
+    tile: usize,
+    pub(super) bit: u8,
 }
 
 impl FineCells {
@@ -27,8 +38,18 @@ impl FineCells {
     pub(super) fn empty(grid: &Grid) -> Self {
         let power = (0..=FINEST).rev().find(|power| grid.cells() << (2 * power) <= MOST);
         let power = power.unwrap_or(0);
-        let (columns, rows) = (grid.columns() << power, grid.rows() << power);
-        Self { power, columns, rows, words: vec![0; columns.div_ceil(64) * rows] }
+        // A power of two, so that rounding puts no point into another cell.
+        let fine = f64::from(1_u32 << power);
+        let per_m = grid.in_cells(fine, fine);
+        let counts = [grid.columns() << power, grid.rows() << power];
+        let [tile_columns, tile_rows] = counts.map(|count| count.div_ceil(TILE));
+        Self {
+            power,
+            per_m: [per_m.0, per_m.1],
+            last: counts.map(|count| count - 1),
+            tile_columns,
+            words: vec![0; tile_columns * tile_rows],
+        }
     }
 
     /// Takes every fine cell out.
@@ -36,55 +57,70 @@ impl FineCells {
         self.words.fill(0);
     }
 
-    /// The column and row of the fine cell that holds a point.
-    #[inline]
-    pub(super) fn place(&self, grid: &Grid, point: Point) -> (usize, usize) {
-        let (x, y) = grid.in_cells(point.x, point.y);
-        // A power of two, so that rounding puts no point into another cell.
-        let fine = f64::from(1_u32 << self.power);
-        (floor_index(x * fine).min(self.columns - 1), floor_index(y * fine).min(self.rows - 1))
+    /// The fine cell that holds a point.
+    pub(super) fn at(&self, point: Point) -> FineCell {
+        let at = |i: usize, at_m: f64| floor_index(at_m * self.per_m[i]).min(self.last[i]);
+        let (column, row) = (at(0, point.x), at(1, point.y));
+        let tile = row / TILE * self.tile_columns + column / TILE;
+        let bit = u8::try_from(row % TILE * TILE + column % TILE).expect("below 64");
+        FineCell { tile, bit }
     }
 
     /// Puts a fine cell in.
-    pub(super) fn insert(&mut self, (column, row): (usize, usize)) {
-        self.words[column / 64 * self.rows + row] |= 1 << (column % 64);
+    pub(super) fn insert(&mut self, cell: FineCell) {
+        self.words[cell.tile] |= 1 << cell.bit;
     }
 
     /// Takes a fine cell out.
-    pub(super) fn remove(&mut self, (column, row): (usize, usize)) {
-        self.words[column / 64 * self.rows + row] &= !(1 << (column % 64));
+    pub(super) fn remove(&mut self, cell: FineCell) {
+        self.words[cell.tile] &= !(1 << cell.bit);
     }
 
-    /// The cell that a fine cell belongs to, as column and row.
+    /// Calls `visit` with each fine cell of the set in the box around a footprint: the column and row of the cell that it
+    /// belongs to, and its own bit.
     #[inline]
-    pub(super) fn cell(&self, (column, row): (usize, usize)) -> (usize, usize) {
-        (column >> self.power, row >> self.power)
-    }
-
-    /// Calls `visit` with the column and row of each fine cell of the set in the box around a footprint.
-    #[inline]
+    #[expect(clippy::cast_possible_truncation, reason = "a word has 64 bits")]
     pub(super) fn for_each_within<const SIDES: usize>(
         &self,
-        grid: &Grid,
         footprint: &impl Footprint<SIDES>,
-        mut visit: impl FnMut((usize, usize)),
+        mut visit: impl FnMut((usize, usize), u8),
     ) {
-        let ((low_x_m, high_x_m), (low_y_m, high_y_m)) = (footprint.x_range(), footprint.y_range());
-        let low = self.place(grid, Point::new(low_x_m - SLACK_M, low_y_m - SLACK_M));
-        let high = self.place(grid, Point::new(high_x_m + SLACK_M, high_y_m + SLACK_M));
-        for group in low.0 / 64..=high.0 / 64 {
-            let first = low.0.saturating_sub(64 * group);
-            let last = (high.0 - 64 * group).min(63);
-            let columns = (u64::MAX << first) & (u64::MAX >> (63 - last));
-            let start = group * self.rows;
-            for (row, word) in (low.1..).zip(&self.words[start + low.1..=start + high.1]) {
-                let mut bits = word & columns;
-                while bits != 0 {
-                    let column = 64 * group + bits.trailing_zeros() as usize;
-                    bits &= bits - 1;
-                    visit((column, row));
-                }
+        let [first_column, last_column] = self.range(0, footprint.x_range());
+        let [first_row, last_row] = self.range(1, footprint.y_range());
+        let (left, right) = (first_column / TILE, last_column / TILE);
+        let (bottom, top) = (first_row / TILE, last_row / TILE);
+        let in_left = ((0xff << (first_column % TILE)) & 0xff) * EVERY_ROW;
+        let in_right = (0xff >> (TILE - 1 - last_column % TILE)) * EVERY_ROW;
+        let mut in_rows = u64::MAX << (TILE * (first_row % TILE));
+        for tile_row in bottom..=top {
+            if tile_row == top {
+                in_rows &= u64::MAX >> (TILE * (TILE - 1 - last_row % TILE));
             }
+            let start = tile_row * self.tile_columns;
+            let mut within = in_rows & in_left;
+            for (tile_column, word) in (left..).zip(&self.words[start + left..=start + right]) {
+                if tile_column == right {
+                    within &= in_right;
+                }
+                let mut bits = word & within;
+                while bits != 0 {
+                    let bit = bits.trailing_zeros() as u8;
+                    bits &= bits - 1;
+                    let (column, row) = (usize::from(bit) % TILE, usize::from(bit) / TILE);
+                    let (column, row) = (tile_column * TILE + column, tile_row * TILE + row);
+                    visit((column >> self.power, row >> self.power), bit);
+                }
+                within = in_rows;
+            }
+            in_rows = u64::MAX;
         }
+    }
+
+    /// The first and the last fine cell that a range along x or y may reach.
+    #[inline]
+    fn range(&self, axis: usize, (low_m, high_m): (f64, f64)) -> [usize; 2] {
+        let (per_m, last) = (self.per_m[axis], self.last[axis]);
+        let [first, end] = floor_indices([(low_m - SLACK_M) * per_m, (high_m + SLACK_M) * per_m]);
+        [first.min(last), end.min(last)]
     }
 }

@@ -7,11 +7,11 @@ mod placement;
 
 use std::sync::Arc;
 
-use crate::geometry::{Footprint, Point, Side};
+use crate::geometry::{BarSweep, Footprint, Point, Side};
 use crate::grid::{Cell, CellSet, Grid};
 use crate::ground::SeenGround;
 use fine::FineCells;
-use index::CellIndex;
+use index::{CellIndex, State};
 
 pub use ahead::Ahead;
 pub use placement::draw;
@@ -84,62 +84,63 @@ impl Weeds {
         unmowed.clear();
         self.unmowed_fine.clear();
         index.build(grid, positions, |weed, cell| {
-            if !is_mowed[weed] {
+            let fine = self.unmowed_fine.at(positions[weed]);
+            let is_standing = !is_mowed[weed];
+            let is_sought = is_standing && !is_detected[weed];
+            if is_standing {
                 unmowed.insert(cell);
-                self.unmowed_fine.insert(self.unmowed_fine.place(grid, positions[weed]));
-                if !is_detected[weed] {
-                    undetected.insert(cell);
-                }
+                self.unmowed_fine.insert(fine);
             }
+            if is_sought {
+                undetected.insert(cell);
+            }
+            State { fine_bit: fine.bit, is_standing, is_sought }
         });
     }
 
-    /// Finds the standing weeds, and the unseen cells by their centre, for which `test` has an answer; it has none for points
-    /// outside `footprint`, which is not much smaller than the box around it, as a bar's.
-    pub fn find_standing<const SIDES: usize, T>(
-        &self,
-        footprint: &impl Footprint<SIDES>,
-        test: impl Fn(Point) -> Option<T>,
-        ground: &SeenGround,
-        ahead: &mut Ahead<T>,
-    ) {
+    /// Finds the standing weeds, and the unseen cells by their centre, that a bar passes over.
+    #[inline]
+    pub fn find_standing(&self, sweep: &BarSweep, ground: &SeenGround, ahead: &mut Ahead<()>) {
         let grid = &self.grid;
         ahead.clear();
         let mut has_weeds = false;
         let (unseen, standing) = (ground.unseen().words(), self.unmowed_cells.words());
         let words = |tile: usize| (unseen[tile], standing[tile]);
-        let bounds = Bounds { x_range: footprint.x_range(), y_range: footprint.y_range() };
+        let bounds = Bounds { x_range: sweep.x_range(), y_range: sweep.y_range() };
         grid.for_each_touched(&bounds, words, |tile, unseen, weeds| {
             has_weeds |= weeds != 0;
             tile.for_each(unseen, |cell| {
-                let answer = test(grid.centre(cell.column, cell.row));
-                ahead.cells.extend(answer.map(|answer| (cell, answer)));
+                let is_met = sweep.contains(grid.centre(cell.column, cell.row));
+                ahead.cells.extend(is_met.then_some((cell, ())));
             });
         });
         if has_weeds {
-            self.unmowed_fine.for_each_within(grid, footprint, |fine| {
-                self.find_in_fine(fine, &test, &mut ahead.weeds);
+            self.unmowed_fine.for_each_within(sweep, |cell, fine_bit| {
+                self.find_in_fine(cell, fine_bit, sweep, &mut ahead.weeds);
             });
-            ahead.weeds.sort_unstable_by_key(|&(weed, _)| weed);
+            if ahead.weeds.len() > 1 {
+                ahead.weeds.sort_unstable_by_key(|&(weed, ())| weed);
+            }
         }
     }
 
-    /// Adds the standing weeds of a fine cell for which `test` has an answer.
-    #[inline]
-    fn find_in_fine<T>(
+    /// Adds the standing weeds of a fine cell that a bar passes over. Kept apart, or the way to a cell without any would be
+    /// longer.
+    #[inline(never)]
+    fn find_in_fine(
         &self,
-        fine: (usize, usize),
-        test: impl Fn(Point) -> Option<T>,
-        found: &mut Vec<(u32, T)>,
+        (column, row): (usize, usize),
+        fine_bit: u8,
+        sweep: &BarSweep,
+        found: &mut Vec<(u32, ())>,
     ) {
-        let (column, row) = self.unmowed_fine.cell(fine);
         let (tile, bit) = self.grid.place(column, row);
-        for &(weed, position) in self.index.in_cell(Cell { column, row, tile, bit }) {
-            if let Some(answer) = test(position)
-                && !self.is_mowed[weed as usize]
-                && self.unmowed_fine.place(&self.grid, position) == fine
+        for weed in self.index.in_cell(Cell { column, row, tile, bit }) {
+            if weed.state.fine_bit == fine_bit
+                && weed.state.is_standing
+                && sweep.contains(weed.position)
             {
-                found.push((weed, answer));
+                found.push((weed.number, ()));
             }
         }
     }
@@ -154,7 +155,6 @@ impl Weeds {
         ahead: &mut Ahead<T>,
     ) {
         let Self { grid, index, .. } = self;
-        let is_sought = |weed: usize| !self.is_mowed[weed] && !self.is_detected[weed];
         ahead.clear();
         let Ahead { weeds: found, cells } = ahead;
         // Weeds and ground are looked up in one go, since the same cells are touched.
@@ -165,11 +165,11 @@ impl Weeds {
                 cells.extend(test(grid.centre(cell.column, cell.row)).map(|answer| (cell, answer)));
             });
             tile.for_each(weeds, |cell| {
-                for &(weed, position) in index.in_cell(cell) {
-                    if let Some(answer) = test(position)
-                        && is_sought(weed as usize)
+                for weed in index.in_cell(cell) {
+                    if weed.state.is_sought
+                        && let Some(answer) = test(weed.position)
                     {
-                        found.push((weed, answer));
+                        found.push((weed.number, answer));
                     }
                 }
             });
@@ -181,8 +181,7 @@ impl Weeds {
     pub fn mow(&mut self, mowed: &[u32]) {
         for &weed in mowed {
             self.is_mowed[weed as usize] = true;
-            self.clear_fine(weed);
-            self.clear_cell(weed);
+            self.note(weed);
         }
     }
 
@@ -190,31 +189,32 @@ impl Weeds {
     pub fn detect(&mut self, detected: &[u32]) {
         for &weed in detected {
             self.is_detected[weed as usize] = true;
-            self.clear_cell(weed);
+            self.note(weed);
         }
     }
 
-    /// Strikes out the cell of a weed where none is sought any more.
-    fn clear_cell(&mut self, weed: u32) {
-        let cell = self.grid.cell_at(self.positions[weed as usize]);
-        let standing =
-            self.index.in_cell(cell).iter().filter(|&&(weed, _)| !self.is_mowed[weed as usize]);
-        if standing.clone().next().is_none() {
+    /// Writes a weed's flags into the index, and strikes out the cells of it where none is sought any more.
+    fn note(&mut self, number: u32) {
+        let position = self.positions[number as usize];
+        let (cell, fine) = (self.grid.cell_at(position), self.unmowed_fine.at(position));
+        let (mut is_standing, mut is_sought, mut stands_near) = (false, false, false);
+        for weed in self.index.in_cell_mut(cell) {
+            if weed.number == number {
+                weed.state.is_standing = !self.is_mowed[number as usize];
+                weed.state.is_sought = false;
+            }
+            is_standing |= weed.state.is_standing;
+            is_sought |= weed.state.is_sought;
+            stands_near |= weed.state.is_standing && weed.state.fine_bit == fine.bit;
+        }
+        if !is_standing {
             self.unmowed_cells.remove(cell);
         }
-        if standing.clone().all(|&(weed, _)| self.is_detected[weed as usize]) {
+        if !is_sought {
             self.undetected_cells.remove(cell);
         }
-    }
-
-    /// Strikes out the fine cell of a weed where none stands any more.
-    fn clear_fine(&mut self, weed: u32) {
-        let position = self.positions[weed as usize];
-        let place = self.unmowed_fine.place(&self.grid, position);
-        let is_elsewhere = |other| self.unmowed_fine.place(&self.grid, other) != place;
-        let mut weeds = self.index.in_cell(self.grid.cell_at(position)).iter();
-        if weeds.all(|&(other, at)| self.is_mowed[other as usize] || is_elsewhere(at)) {
-            self.unmowed_fine.remove(place);
+        if !stands_near {
+            self.unmowed_fine.remove(fine);
         }
     }
 
@@ -268,7 +268,7 @@ impl Footprint<0> for Bounds {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{self, BarSweep, Pose};
+    use crate::geometry::{self, Pose};
     use crate::rng::{Stream, stream, uniform};
 
     #[test]
@@ -296,8 +296,7 @@ mod tests {
                 let arc =
                     geometry::Arc { start, curvature_per_m: at(2.0) - 1.0, length_m: at(1.0) };
                 let sweep = BarSweep::new(&arc, 0.2 + at(3.0));
-                let is_met = |point| sweep.contains(point).then_some(());
-                weeds.find_standing(&sweep, is_met, &ground, &mut ahead);
+                weeds.find_standing(&sweep, &ground, &mut ahead);
                 let found: Vec<u32> = ahead.weeds.iter().map(|&(weed, ())| weed).collect();
                 let expected: Vec<u32> = (0..)
                     .zip(weeds.positions().iter().zip(weeds.is_mowed()))
