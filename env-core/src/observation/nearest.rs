@@ -48,11 +48,6 @@ impl NearestWeeds {
         }
     }
 
-    /// How many are listed.
-    pub(super) fn listed(&self) -> usize {
-        self.listed
-    }
-
     /// How many may be remembered.
     fn room(&self) -> usize {
         REMEMBERED * self.listed
@@ -357,7 +352,7 @@ mod tests {
             if step / 40 % 2 == 0 {
                 walk.mow_within(1.2);
             }
-            let listed = nearest.listed();
+            let listed = nearest.listed;
             let expected = walk.nearest_of_all(listed);
             let found: Vec<KnownWeed> = nearest.find(walk.at, &walk.known).copied().collect();
             assert_eq!(found, expected, "step {step}");
