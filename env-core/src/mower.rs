@@ -87,3 +87,81 @@ impl Mower {
         self.at = Frame { pose, cos: scale * cos, sin: scale * sin };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::MAX_TURN_RAD;
+    use crate::rng::{Stream, stream, uniform};
+
+    #[test]
+    fn the_sensor_looks_at_every_fifth_of_a_metre_however_the_way_is_cut() {
+        for steps in [1, 3, 7, 50] {
+            let mut mower = Mower::at(Pose::new(0.0, 0.0, 0.0));
+            let mut looked_at_m = Vec::new();
+            for _ in 0..steps {
+                let command = Command { curvature_per_m: 0.1, distance_m: 10.0 / f64::from(steps) };
+                let mut motion = mower.motion(command);
+                while let Some(piece) = motion.next_piece() {
+                    for stretch in piece.stretches() {
+                        mower.follow(&stretch);
+                        if stretch.ends_at_look {
+                            looked_at_m.push(mower.path_m());
+                        }
+                    }
+                }
+            }
+            assert_eq!(looked_at_m.len(), 50, "{steps} steps");
+            for (i, path_m) in looked_at_m.iter().enumerate() {
+                assert!((path_m - 0.2 * (i as f64 + 1.0)).abs() < 1e-8, "look {i} at {path_m}");
+            }
+        }
+    }
+
+    /// A mower's state, bit for bit.
+    fn bits(mower: &Mower) -> [u64; 7] {
+        let Frame { pose, cos, sin } = mower.frame();
+        let numbers = [pose.x_m, pose.y_m, pose.heading_rad, cos, sin, mower.path_m()];
+        let [x, y, heading, cos, sin, path] = numbers.map(f64::to_bits);
+        [x, y, heading, cos, sin, path, mower.looks()]
+    }
+
+    #[test]
+    fn a_piece_driven_at_once_leads_where_its_stretches_lead_and_turns_by_a_radian_at_most() {
+        let mut rng = stream(5, Stream::Weeds);
+        for radius_m in [0.01, 0.15, 0.2, 0.5, 2.0, 5.0, f64::INFINITY] {
+            for _ in 0..50 {
+                let mut at_once = Mower::at(Pose::new(3.0, -1.0, 6.0 * uniform(&mut rng)));
+                let mut by_stretches = at_once;
+                let mut way_m = 0.0;
+                for _ in 0..3 {
+                    let (curvature_per_m, distance_m) = (1.0 / radius_m, 2.0 * uniform(&mut rng));
+                    let mut motion = at_once.motion(Command { curvature_per_m, distance_m });
+                    let (from_m, mut pieces) = (way_m, 0);
+                    while let Some(piece) = motion.next_piece() {
+                        pieces += 1;
+                        at_once.follow_all(&piece);
+                        let begin_m = way_m;
+                        for stretch in piece.stretches() {
+                            by_stretches.follow(&stretch);
+                            way_m += stretch.length_m;
+                            let looks_m = by_stretches.looks() as f64 * LOOK_SPACING_M;
+                            assert!(looks_m + 1e-8 > way_m, "no look is left out");
+                        }
+                        assert!((way_m - begin_m) * curvature_per_m <= MAX_TURN_RAD + 1e-9);
+                        let [x, y, _, cos, sin, path, looks] = bits(&at_once);
+                        let [x2, y2, _, cos2, sin2, path2, looks2] = bits(&by_stretches);
+                        assert_eq!(
+                            [x, y, cos, sin, path, looks],
+                            [x2, y2, cos2, sin2, path2, looks2]
+                        );
+                    }
+                    assert!((way_m - from_m - distance_m).abs() < 1e-9, "{pieces} pieces");
+                    at_once.rest();
+                    by_stretches.rest();
+                    assert_eq!(bits(&at_once), bits(&by_stretches));
+                }
+            }
+        }
+    }
+}
