@@ -19,9 +19,10 @@ if importlib.util.find_spec("stable_baselines3") is None and not os.environ.get(
 
 import torch
 from stable_baselines3 import PPO, SAC
+from stable_baselines3.common.env_util import make_vec_env as sb3_make_vec_env
 from stable_baselines3.common.evaluation import evaluate_policy
 from stable_baselines3.common.monitor import Monitor
-from stable_baselines3.common.vec_env import DummyVecEnv, VecNormalize
+from stable_baselines3.common.vec_env import DummyVecEnv, SubprocVecEnv, VecNormalize
 
 ID = "swath/MowerRouting-v0"
 KINDS = ["steer", "drive", "discrete", "target"]
@@ -385,3 +386,19 @@ def test_a_missing_extra_is_named(monkeypatch):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "stable_baselines3" else found(name))
     with pytest.raises(ModuleNotFoundError, match=re.escape("pip install 'swath[train]'")):
         make(1)
+
+
+@pytest.mark.filterwarnings("ignore:.*render_mode")  # Gymnasium's word on what is asked for first
+def test_stable_baselines3_makes_the_environment_by_its_id():
+    model = PPO("MlpPolicy", ID, n_steps=16, batch_size=16, n_epochs=1, device="cpu")
+    assert model.learn(16).num_timesteps == 16
+
+
+@pytest.mark.filterwarnings("ignore:.*render_mode")  # Gymnasium's word on what is asked for first
+@pytest.mark.parametrize("vec_env_class", [DummyVecEnv, SubprocVecEnv])
+def test_the_vector_helper_of_stable_baselines3_makes_the_environment_by_its_id(vec_env_class):
+    env = sb3_make_vec_env(ID, n_envs=2, seed=3, vec_env_cls=vec_env_class)
+    first = env.reset()
+    env.close()
+    expected = [gym.make(ID).reset(seed=3 + row)[0] for row in range(2)]
+    assert np.array_equal(first, expected)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from swath import _native
-from swath.errors import ConfigError
+from swath.errors import ConfigError, RenderModeError
 from swath.spaces import action_space, observation_space
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
         """
         if render_mode is not None:
             text = f"`render_mode` must be None, got {render_mode!r}"
-            raise ConfigError(text)
+            raise RenderModeError(text)
         self._core = _native.Env(_native.Scenario(scenario, **blocks))
         self.observation_space = observation_space(self._core.observation_spec)
         self.action_space = action_space(self._core.action_spec)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from gymnasium.error import ClosedEnvironmentError
 
-__all__ = ["ActionError", "ClosedError", "ConfigError", "SnapshotError", "SwathError"]
+__all__ = ["ActionError", "ClosedError", "ConfigError", "RenderModeError", "SnapshotError", "SwathError"]
 
 
 class SwathError(Exception):
@@ -17,6 +17,13 @@ class SwathError(Exception):
 
 class ConfigError(SwathError, ValueError):
     """A scenario, a seed, an agent, an option or an argument that cannot be used."""
+
+
+class RenderModeError(ConfigError, TypeError):
+    """A render mode that the environment does not have.
+
+    A `TypeError` too: after one, stable-baselines3 makes the environment again without a render mode.
+    """
 
 
 class ActionError(SwathError, ValueError):

@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from swath import _native
-from swath.errors import ClosedError, ConfigError
+from swath.errors import ClosedError, ConfigError, RenderModeError
 from swath.spaces import action_space, observation_space
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
         """
         if render_mode is not None:
             text = f"`render_mode` must be None, got {render_mode!r}"
-            raise ConfigError(text)
+            raise RenderModeError(text)
         mode = _mode(autoreset_mode)
         self.num_envs = checked_count("num_envs", num_envs, _MOST_ENVS)
         threads = checked_count("num_threads", num_threads, MOST_THREADS)
