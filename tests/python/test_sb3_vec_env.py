@@ -397,7 +397,8 @@ def test_stable_baselines3_makes_the_environment_by_its_id():
 @pytest.mark.filterwarnings("ignore:.*render_mode")  # Gymnasium's word on what is asked for first
 @pytest.mark.parametrize("vec_env_class", [DummyVecEnv, SubprocVecEnv])
 def test_the_vector_helper_of_stable_baselines3_makes_the_environment_by_its_id(vec_env_class):
-    env = sb3_make_vec_env(ID, n_envs=2, seed=3, vec_env_cls=vec_env_class)
+    # Named with its module, the id is known in other processes too.
+    env = sb3_make_vec_env(f"swath:{ID}", n_envs=2, seed=3, vec_env_cls=vec_env_class)
     first = env.reset()
     env.close()
     expected = [gym.make(ID).reset(seed=3 + row)[0] for row in range(2)]
