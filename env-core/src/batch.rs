@@ -189,7 +189,8 @@ impl BatchEnv {
 
     /// Steps every row. Returns how many episodes ended.
     ///
-    /// It allocates nothing, unless a pool of threads does.
+    /// It allocates nothing, unless a pool of threads does, or rows have episodes of very different numbers of weeds: then
+    /// the memory that they hand on to each other may have to grow once.
     ///
     /// # Errors
     ///
