@@ -13,7 +13,7 @@ const SLACK_M: f64 = 1e-6;
 /// Cells along either side of a tile: one machine word holds a tile.
 pub const TILE: usize = 8;
 /// The first cell of every row of a tile.
-const EVERY_ROW: u64 = 0x0101_0101_0101_0101;
+pub(crate) const EVERY_ROW: u64 = 0x0101_0101_0101_0101;
 
 /// How a pasture is cut: `columns` cells along x, `rows` along y, each about 1 m by 1 m, and 8 by 8 of them a tile.
 ///

@@ -2,6 +2,7 @@
 
 import gymnasium as gym
 import numpy as np
+import pytest
 
 import swath
 
@@ -15,6 +16,16 @@ LAST_KEYS = set(swath.Summary.__annotations__)
 
 def make(kind="steer", **blocks):
     return gym.make(ID, action={"kind": kind}, **blocks).unwrapped
+
+
+def assert_refused(env, action, text):
+    """The action is refused with this text, and the environment is as it was."""
+    env.reset(seed=0)
+    before = env.snapshot()
+    with pytest.raises(swath.ActionError) as error:
+        env.step(action)
+    assert str(error.value) == text
+    assert env.snapshot() == before
 
 
 def actions(env, count, seed=0):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from contract import actions, as_bytes, make
+from contract import actions, as_bytes, assert_refused, make
 
 import swath
 
@@ -19,12 +19,7 @@ import swath
 )
 def test_a_choice_that_there_is_not_is_refused_before_anything_moves(action, text):
     env = make("target")
-    env.reset(seed=0)
-    before = env.snapshot()
-    with pytest.raises(swath.ActionError) as error:
-        env.step(action)
-    assert str(error.value) == text
-    assert env.snapshot() == before
+    assert_refused(env, action, text)
 
 
 def test_choices_may_be_any_whole_number():

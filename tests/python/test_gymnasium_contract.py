@@ -19,6 +19,7 @@ from contract import (
     actions,
     any_action,
     as_bytes,
+    assert_refused,
     make,
     parts,
     step_keys,
@@ -308,12 +309,7 @@ def test_actions_may_be_anything_that_numpy_reads(env):
 )
 def test_an_action_that_cannot_be_driven_is_refused_before_anything_moves(action, text):
     env = make()
-    env.reset(seed=0)
-    before = env.snapshot()
-    with pytest.raises(swath.ActionError) as error:
-        env.step(action)
-    assert str(error.value) == text
-    assert env.snapshot() == before
+    assert_refused(env, action, text)
 
 
 def test_a_step_before_the_first_reset_is_refused(env):

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::nearest::NearestWeeds;
-use super::{Bound, Dtype, Part};
+use super::{Bound, Dtype, Part, signed};
 use crate::config::ValidScenario;
 use crate::math;
 use crate::view::View;
@@ -136,11 +136,6 @@ impl FeatureEncoder {
 #[expect(clippy::cast_possible_truncation, reason = "observations are float32 by contract")]
 fn single(value: f64) -> f32 {
     value as f32
-}
-
-/// A value clipped into [-1, 1], as float32.
-fn signed(value: f64) -> f32 {
-    single(value.clamp(-1.0, 1.0))
 }
 
 /// A value clipped into [0, 1], as float32.

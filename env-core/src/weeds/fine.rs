@@ -1,7 +1,7 @@
 //! Where weeds stand, more finely than by cells.
 
 use crate::geometry::{Footprint, Point};
-use crate::grid::{Grid, TILE};
+use crate::grid::{EVERY_ROW, Grid, TILE};
 use crate::math::{floor_index, floor_indices};
 
 /// Fine cells along either side of a cell, as a power of two; fewer where a pasture would have more of them than that.
@@ -9,8 +9,6 @@ const FINEST: u32 = 2;
 const MOST: usize = 1 << 18;
 /// Slack that keeps the ranges on the safe side of rounding, metres.
 const SLACK_M: f64 = 1e-6;
-/// The first fine cell of every row of a tile.
-const EVERY_ROW: u64 = 0x0101_0101_0101_0101;
 
 /// A set of fine cells, of which each cell has the same number along x and y, and 8 by 8 of them make a tile.
 ///
