@@ -166,7 +166,7 @@ impl Grid {
         &self,
         footprint: &impl Footprint<SIDES>,
         words: impl Fn(usize) -> (u64, u64),
-        mut visit: impl FnMut(Tile, u64, u64),
+        mut visit: impl FnMut(Tile, u64, u64, &Edges<SIDES>),
     ) {
         let (columns, rows) = self.cells_of(footprint);
         // Often the box around the footprint holds no cell of any set.
@@ -187,14 +187,15 @@ impl Grid {
                     continue;
                 }
                 let edges = edges.get_or_insert_with(|| edges_of(self, footprint));
+                let tile = Tile { index, column, row };
                 if centres != 0 {
-                    centres &= cells_within(edges, edges.map(|edge| edge.to_centre), column, row);
+                    centres = edges.cells_within(tile, centres, |edge| edge.to_centre);
                 }
                 if grounds != 0 {
-                    grounds &= cells_within(edges, edges.map(|edge| edge.to_corner), column, row);
+                    grounds = edges.cells_within(tile, grounds, |edge| edge.to_corner);
                 }
                 if centres | grounds != 0 {
-                    visit(Tile { index, column, row }, centres, grounds);
+                    visit(tile, centres, grounds, edges);
                 }
             }
         }
@@ -265,46 +266,84 @@ impl Edge {
 
 /// The sides of a footprint. Kept apart, or they would be worked out where no cell asks for them.
 #[inline(never)]
-fn edges_of<const SIDES: usize>(grid: &Grid, footprint: &impl Footprint<SIDES>) -> [Edge; SIDES] {
-    footprint.sides().map(|side| Edge::new(grid, &side))
+fn edges_of<const SIDES: usize>(grid: &Grid, footprint: &impl Footprint<SIDES>) -> Edges<SIDES> {
+    Edges(footprint.sides().map(|side| Edge::new(grid, &side)))
 }
 
-/// The cells of a tile that may have a certain point within all edges: their centre, or the corner that is furthest inside.
-/// `more` is how much further inside that is at each edge than the lower left corner.
-#[inline]
-fn cells_within<const SIDES: usize>(
-    edges: &[Edge; SIDES],
-    more: [f64; SIDES],
-    column: usize,
-    row: usize,
-) -> u64 {
-    let (column, row) = (number(column * TILE), number(row * TILE));
-    let at_first: [f64; SIDES] = std::array::from_fn(|i| {
-        let edge = &edges[i];
-        edge.at_0 + more[i] + edge.per_row * row + edge.per_column * column
-    });
-    // No cell of the tile has more than this.
-    let is_beyond = |i: usize| at_first[i] + (TILE - 1) as f64 * edges[i].to_corner < 0.0;
-    if (0..SIDES).any(is_beyond) {
-        return 0;
+/// The sides of a footprint in cells.
+#[derive(Clone, Copy)]
+pub(crate) struct Edges<const SIDES: usize>([Edge; SIDES]);
+
+/// So many cells of a tile are compared with an edge one by one; more of them all at once.
+const FEW_CELLS: u32 = 6;
+
+impl<const SIDES: usize> Edges<SIDES> {
+    /// Whether the footprint may hold a point, in cells from the lower left corner.
+    #[inline]
+    pub(crate) fn may_hold(&self, (x, y): (f64, f64)) -> bool {
+        self.0.iter().all(|edge| edge.at_0 + edge.per_column * x + edge.per_row * y >= 0.0)
     }
-    // Two rows at a time: what is below 0 is beyond the edge.
-    let columns = i16x16::new([0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7]);
-    let second_row = i16x16::new([0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -1, -1, -1, -1]);
-    let mut at: [i16x16; SIDES] = std::array::from_fn(|i| {
-        let first = whole(smaller(at_first[i], FAR_UNITS));
-        first + whole(edges[i].per_column) * columns + (whole(edges[i].per_row) & second_row)
-    });
-    let two_rows = edges.map(|edge| whole(edge.per_row + edge.per_row));
-    let mut mask = 0;
-    for pair in 0..TILE / 2 {
-        let beyond = at.iter().fold(i16x16::ZERO, |beyond, &at| beyond | at);
-        mask |= u64::from(beyond.to_bitmask()) << (2 * TILE * pair);
-        for i in 0..SIDES {
-            at[i] += two_rows[i];
+
+    /// Those of some cells of a tile that may have a certain point within all edges: their centre, or the corner that is
+    /// furthest inside. `more` is how much further inside that is than the lower left corner.
+    #[inline]
+    fn cells_within(&self, tile: Tile, cells: u64, more: impl Fn(&Edge) -> f64) -> u64 {
+        if SIDES == 0 {
+            return cells;
         }
+        let (column, row) = (number(tile.column * TILE), number(tile.row * TILE));
+        let at_first: [f64; SIDES] = std::array::from_fn(|i| {
+            let edge = &self.0[i];
+            edge.at_0 + more(edge) + edge.per_row * row + edge.per_column * column
+        });
+        if cells.count_ones() <= FEW_CELLS {
+            return self.few_within(&at_first, cells);
+        }
+        // No cell of the tile has more than this.
+        let is_beyond = |i: usize| at_first[i] + (TILE - 1) as f64 * self.0[i].to_corner < 0.0;
+        if (0..SIDES).any(is_beyond) { 0 } else { cells & self.all_within(&at_first) }
     }
-    !mask
+
+    /// Those of some cells; `at_first` is how far inside the first cell of the tile is.
+    #[inline]
+    fn few_within(&self, at_first: &[f64; SIDES], mut cells: u64) -> u64 {
+        let mut within = cells;
+        while cells != 0 {
+            let bit = cells.trailing_zeros() as usize;
+            let (column, row) = (number(bit % TILE), number(bit / TILE));
+            let is_beyond = |(edge, at_first): (&Edge, &f64)| {
+                at_first + edge.per_row * row + edge.per_column * column < 0.0
+            };
+            if self.0.iter().zip(at_first).any(is_beyond) {
+                within &= !(1 << bit);
+            }
+            cells &= cells - 1;
+        }
+        within
+    }
+
+    /// All cells of the tile that are within.
+    #[inline(never)]
+    fn all_within(&self, at_first: &[f64; SIDES]) -> u64 {
+        // Two rows at a time: what is below 0 is beyond the edge.
+        let columns = i16x16::new([0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7]);
+        let second_row = i16x16::new([0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -1, -1, -1, -1]);
+        let edges = &self.0;
+        let mut at: [i16x16; SIDES] = std::array::from_fn(|i| {
+            let first = whole(smaller(at_first[i], FAR_UNITS));
+            first + whole(edges[i].per_column) * columns + (whole(edges[i].per_row) & second_row)
+        });
+        let two_rows = edges.map(|edge| whole(edge.per_row + edge.per_row));
+        let mut mask = 0;
+        for pair in 0..TILE / 2 {
+            let beyond = at.iter().fold(i16x16::ZERO, |beyond, &at| beyond | at);
+            mask |= u64::from(beyond.to_bitmask()) << (2 * TILE * pair);
+            for i in 0..SIDES {
+                at[i] += two_rows[i];
+            }
+        }
+        !mask
+    }
 }
 
 /// A number of units that 16 bits hold, rounded to a whole one, sixteen times.
@@ -471,7 +510,7 @@ impl CellSet {
         mut visit: impl FnMut(Cell),
     ) {
         let words = |tile: usize| (0, self.words[tile]);
-        grid.for_each_touched(footprint, words, |tile, _, bits| tile.for_each(bits, &mut visit));
+        grid.for_each_touched(footprint, words, |tile, _, bits, _| tile.for_each(bits, &mut visit));
     }
 
     /// Calls `visit` with every cell of the set whose centre a footprint may hold, once.
@@ -482,7 +521,7 @@ impl CellSet {
         mut visit: impl FnMut(Cell),
     ) {
         let words = |tile: usize| (self.words[tile], 0);
-        grid.for_each_touched(footprint, words, |tile, bits, _| tile.for_each(bits, &mut visit));
+        grid.for_each_touched(footprint, words, |tile, bits, _, _| tile.for_each(bits, &mut visit));
     }
 
     /// Calls `visit` with the cells of the set in these columns and rows.

@@ -137,13 +137,11 @@ impl KnownWeeds {
     /// The weeds whose numbers are not below `number`.
     #[must_use]
     pub fn since(&self, number: u32) -> &[KnownWeed] {
-        let is_new = self.list.last().is_some_and(|weed| weed.number >= number);
-        let first = if is_new {
-            self.list.partition_point(|weed| weed.number < number)
-        } else {
-            self.list.len()
-        };
-        &self.list[first..]
+        // Mostly there is none, which is told without a look at any of them.
+        if number as usize >= self.chain.len() {
+            return &[];
+        }
+        &self.list[self.list.partition_point(|weed| weed.number < number)..]
     }
 
     /// Writes the weeds nearest to `from` to `nearest` with their squared distances, nearest first, ties by order of detection; returns how many.

@@ -7,6 +7,7 @@ mod candidates;
 mod features;
 mod nearest;
 mod maps;
+mod ranked;
 mod rough;
 mod spec;
 

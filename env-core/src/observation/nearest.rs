@@ -1,8 +1,11 @@
 //! The nearest known weeds, remembered from one observation to the next.
 
+use smallvec::SmallVec;
+
+use super::ranked::{self, FEW, Ranked};
 use super::rough::RoughPositions;
 use crate::geometry::Point;
-use crate::known::{KnownWeed, KnownWeeds, Window};
+use crate::known::{KnownWeed, KnownWeeds, Window, is_before};
 
 /// How many weeds are remembered at most for each one that is listed.
 const REMEMBERED: usize = 16;
@@ -17,13 +20,14 @@ const SPARE: f64 = 1e-9;
 /// holds all of them.
 #[derive(Debug, Clone)]
 pub(super) struct NearestWeeds {
-    listed: usize,
-    /// The weeds remembered, each in a place that it keeps.
-    weeds: Vec<KnownWeed>,
-    /// The squared distances and places of those listed last time, nearest first.
-    nearest: Vec<(f64, usize)>,
-    /// Where the others stand.
-    others: RoughPositions,
+    most: usize,
+    /// Those listed last time, in any order.
+    listed: SmallVec<[KnownWeed; FEW]>,
+    /// The same by distance, nearest first.
+    ranks: SmallVec<[Ranked; FEW]>,
+    /// The others that are remembered, and roughly where they stand.
+    others: Vec<KnownWeed>,
+    places: RoughPositions,
     window: Window,
     next_number: u32,
     removals: usize,
@@ -32,33 +36,36 @@ pub(super) struct NearestWeeds {
 }
 
 impl NearestWeeds {
-    /// Lists the `listed` nearest.
-    pub(super) fn new(listed: usize) -> Self {
+    /// Lists the `most` nearest.
+    pub(super) fn new(most: usize) -> Self {
         let nobody = (0.0, KnownWeed { number: 0, position: Point::origin() });
-        let remembered = REMEMBERED * listed;
-        Self {
-            listed,
-            weeds: Vec::with_capacity(remembered),
-            nearest: Vec::with_capacity(listed),
-            others: RoughPositions::with_room(remembered),
+        let mut nearest = Self {
+            most,
+            listed: SmallVec::new(),
+            ranks: SmallVec::new(),
+            others: Vec::new(),
+            places: RoughPositions::with_room(REMEMBERED * most),
             window: Window::EVERYWHERE,
             next_number: 0,
             removals: 0,
-            found: vec![nobody; listed],
-        }
+            found: vec![nobody; most],
+        };
+        nearest.clear();
+        nearest
     }
 
     /// How many may be remembered.
     fn room(&self) -> usize {
-        REMEMBERED * self.listed
+        REMEMBERED * self.most
     }
 
     /// Forgets all weeds: the known ones are others now.
     pub(super) fn clear(&mut self) {
         self.forget_all();
         // A clone has no more room than it holds weeds.
-        self.weeds.reserve_exact(self.room());
-        self.nearest.reserve_exact(self.listed);
+        self.listed.reserve_exact(self.most);
+        self.ranks.reserve_exact(self.most);
+        self.others.reserve_exact(self.room());
         self.window = Window::EVERYWHERE;
         self.next_number = 0;
         self.removals = 0;
@@ -72,12 +79,15 @@ impl NearestWeeds {
         known: &KnownWeeds,
     ) -> impl ExactSizeIterator<Item = &KnownWeed> {
         self.catch_up(known);
-        loop {
-            let limit_m2 = self.rank(from);
-            if self.is_certain(from, limit_m2) || !self.widen(from, limit_m2, known) {
-                return self.nearest.iter().map(|&(_, place)| &self.weeds[place]);
+        let mut limit_m2 = self.rank(from);
+        while !self.is_certain(from, limit_m2) {
+            let is_wider = self.widen(from, limit_m2, known);
+            limit_m2 = self.rank(from);
+            if !is_wider {
+                break;
             }
         }
+        self.ranks.iter().map(|ranked| &self.listed[ranked.place()])
     }
 
     /// Whether the window holds all weeds that are not farther than that.
@@ -100,7 +110,7 @@ impl NearestWeeds {
         let detected = known.since(self.next_number);
         if let Some(last) = detected.last() {
             self.next_number = last.number + 1;
-            self.others.scale(known.size_m());
+            self.places.scale(known.size_m());
             for &weed in detected {
                 if self.window.contains(weed.position) && !self.remember(weed) {
                     self.window = Window::NOWHERE;
@@ -112,107 +122,101 @@ impl NearestWeeds {
     /// Leaves out a weed, if it is remembered.
     #[inline(never)]
     fn forget(&mut self, number: u32) {
-        let Some(place) = self.weeds.iter().position(|weed| weed.number == number) else { return };
-        self.others.remove(place);
-        self.nearest.retain(|&(_, listed)| listed != place);
-        self.weeds.swap_remove(place);
-        // The last one has moved there.
-        let last = self.weeds.len();
-        if let Some(moved) = self.weeds.get(place) {
-            self.others.write(place, moved.position);
-            if let Some(listed) = self.nearest.iter_mut().find(|listed| listed.1 == last) {
-                listed.1 = place;
-            } else {
-                self.others.remove(last);
-                self.others.insert(place);
+        let is_it = |weed: &KnownWeed| weed.number == number;
+        if let Some(place) = self.listed.iter().position(is_it) {
+            self.listed.swap_remove(place);
+            self.listed.extend(self.others.pop());
+        } else if let Some(place) = self.others.iter().position(is_it) {
+            self.others.swap_remove(place);
+            // The last one has moved there.
+            if let Some(moved) = self.others.get(place) {
+                self.places.write(place, moved.position);
             }
-        }
-        if self.nearest.len() < self.listed
-            && let Some(place) = self.others.first()
-        {
-            self.others.remove(place);
-            self.nearest.push((0.0, place));
         }
     }
 
     /// Forgets all weeds remembered.
     fn forget_all(&mut self) {
-        self.weeds.clear();
-        self.nearest.clear();
+        self.listed.clear();
         self.others.clear();
     }
 
     /// Adds a weed; returns whether there was room.
     fn remember(&mut self, weed: KnownWeed) -> bool {
-        let place = self.weeds.len();
-        let has_room = place < self.room();
+        if self.listed.len() < self.most {
+            self.listed.push(weed);
+            return true;
+        }
+        let place = self.others.len();
+        let has_room = self.listed.len() + place < self.room();
         if has_room {
-            self.weeds.push(weed);
-            self.others.write(place, weed.position);
-            if self.nearest.len() < self.listed {
-                self.nearest.push((0.0, place));
-            } else {
-                self.others.insert(place);
-            }
+            self.places.write(place, weed.position);
+            self.others.push(weed);
         }
         has_room
     }
 
-    /// Lists the nearest of the weeds remembered, in order; returns the squared distance of the last one, which is infinite
-    /// if there is room for more.
+    /// Lists the nearest of the weeds remembered; returns a squared distance beyond which no weed belongs on the list.
     #[inline]
     fn rank(&mut self, from: Point) -> f64 {
-        let Self { weeds, nearest, others, .. } = self;
-        let distance_m2 = |place: usize| (weeds[place].position - from).norm_squared();
-        // Their order has often hardly changed since the last time.
-        let mut farthest_m2 = -1.0;
-        for rank in 0..nearest.len() {
-            let place = nearest[rank].1;
-            let distance_m2 = distance_m2(place);
-            nearest[rank].0 = distance_m2;
-            if distance_m2 > farthest_m2 {
-                farthest_m2 = distance_m2;
-            } else {
-                move_forward(&mut nearest[..=rank], weeds);
-            }
+        let Self { most, listed, ranks, others, places, .. } = self;
+        let distance_m2 = |weed: &KnownWeed| (weed.position - from).norm_squared();
+        let is_weed_before = |one: KnownWeed, other: KnownWeed| {
+            is_before(&(distance_m2(&one), one), &(distance_m2(&other), other))
+        };
+        let by_weeds = |listed: &[KnownWeed], one: Ranked, other: Ranked| {
+            is_weed_before(listed[one.place()], listed[other.place()])
+        };
+        if ranks.len() != listed.len() {
+            ranks.resize(listed.len(), Ranked::default());
         }
-        if weeds.len() <= nearest.len() {
-            return if nearest.len() < self.listed { f64::INFINITY } else { farthest_m2 };
+        for (place, (rank, weed)) in ranks.iter_mut().zip(listed.iter()).enumerate() {
+            *rank = Ranked::new(distance_m2(weed), place);
         }
-        let mut near = others.near(from, farthest_m2);
-        let blocks = RoughPositions::blocks(weeds.len());
+        ranked::sort(ranks, |one, other| by_weeds(listed, one, other));
+        let Some(&(mut last)) = ranks.last() else { return f64::INFINITY };
+        if others.is_empty() {
+            return if listed.len() < *most { f64::INFINITY } else { last.at_most_m2() };
+        }
+        let mut near = places.near(from, last.at_most_m2());
+        let blocks = RoughPositions::blocks(others.len());
         for block in 0..blocks {
-            let mut bits = others.near_in(block, weeds.len(), &near);
+            let mut bits = places.near_in(block, others.len(), &near);
             if bits == 0 {
                 continue;
             }
             while bits != 0 {
                 let place = RoughPositions::place(block, bits);
                 bits &= bits - 1;
-                let other = (distance_m2(place), place);
-                let Some(last) = nearest.last_mut() else { break };
-                if is_before(other, *last, weeds) {
-                    others.exchange(place, last.1);
-                    *last = other;
-                    move_forward(nearest, weeds);
+                // It takes the place of the farthest one, which is kept among the others.
+                let farthest = last.place();
+                let other = Ranked::new(distance_m2(&others[place]), farthest);
+                let is_nearer = other
+                    .is_before(last)
+                    .unwrap_or_else(|| is_weed_before(others[place], listed[farthest]));
+                if is_nearer {
+                    std::mem::swap(&mut listed[farthest], &mut others[place]);
+                    places.write(place, others[place].position);
+                    last = ranked::replace_last(ranks, other, |one, other| {
+                        by_weeds(listed, one, other)
+                    });
                 }
             }
-            farthest_m2 = nearest.last().map_or(farthest_m2, |last| last.0);
             if block + 1 < blocks {
-                near.end = others.end(farthest_m2);
+                near.end = places.end(last.at_most_m2());
             }
         }
-        farthest_m2
+        last.at_most_m2()
     }
 
     /// Makes the window large enough to be certain of the nearest weeds, which are to be ranked then; returns false if
-    /// there is not room for it, and lists them at once.
+    /// there is not room for it, and remembers just them.
     #[cold]
     fn widen(&mut self, from: Point, mut limit_m2: f64, known: &KnownWeeds) -> bool {
         if known.len() <= self.room() {
             return self.extend(Window::EVERYWHERE, known);
         }
-        if self.weeds.len() < self.listed {
+        if self.listed.len() < self.most {
             limit_m2 = self.look_up(from, known);
         }
         // So many weeds are within this reach at least.
@@ -253,26 +257,6 @@ impl NearestWeeds {
         }
         self.found[..count].last().map_or(f64::INFINITY, |last| last.0)
     }
-}
-
-/// Whether a weed is listed before another, both with their squared distances: the nearer one, and of two as near that
-/// detected first.
-#[inline]
-fn is_before(weed: (f64, usize), other: (f64, usize), weeds: &[KnownWeed]) -> bool {
-    weed.0 < other.0 || (weed.0 <= other.0 && weeds[weed.1].number < weeds[other.1].number)
-}
-
-/// Moves the last weed of a list that is sorted up to it to where it belongs.
-#[inline(always)]
-#[expect(clippy::inline_always, reason = "the call would take longer than most moves")]
-fn move_forward(nearest: &mut [(f64, usize)], weeds: &[KnownWeed]) {
-    let mut rank = nearest.len() - 1;
-    let weed = nearest[rank];
-    while rank > 0 && is_before(weed, nearest[rank - 1], weeds) {
-        nearest[rank] = nearest[rank - 1];
-        rank -= 1;
-    }
-    nearest[rank] = weed;
 }
 
 #[cfg(test)]
@@ -352,7 +336,7 @@ mod tests {
             if step / 40 % 2 == 0 {
                 walk.mow_within(1.2);
             }
-            let listed = nearest.listed;
+            let listed = nearest.most;
             let expected = walk.nearest_of_all(listed);
             let found: Vec<KnownWeed> = nearest.find(walk.at, &walk.known).copied().collect();
             assert_eq!(found, expected, "step {step}");

@@ -1,5 +1,6 @@
 //! Positions in a few bits, so that many are compared at once.
 
+use smallvec::SmallVec;
 use wide::{f64x2, i16x8, i16x16, i32x8};
 
 use crate::geometry::Point;
@@ -16,15 +17,16 @@ const BLOCK: usize = 64;
 const GROUP: usize = 16;
 const VECTOR: usize = 8;
 
-/// A set of positions on a pasture in whole units, each in a place of its own; those off the pasture are moved onto its
-/// border, which takes no two of them apart.
+/// Positions on a pasture in whole units, each in a place of its own; those off the pasture are moved onto its border, which
+/// takes no two of them apart.
 #[derive(Debug, Clone)]
 pub(super) struct RoughPositions {
     units_per_m: f64,
-    blocks: Vec<Block>,
-    /// For each block which of its places are in the set.
-    members: Vec<u64>,
+    blocks: SmallVec<[Block; NEAR_BLOCKS]>,
 }
+
+/// So many blocks lie within, and no further memory has to be fetched: those of eight weeds that are listed.
+const NEAR_BLOCKS: usize = 2;
 
 /// Positions in vectors, each x and y in turn.
 type Block = [[[i16; 2 * VECTOR]; GROUP / VECTOR]; BLOCK / GROUP];
@@ -34,7 +36,7 @@ impl RoughPositions {
     pub(super) fn with_room(positions: usize) -> Self {
         let blocks = Self::blocks(positions);
         let nobody = [[[0; 2 * VECTOR]; GROUP / VECTOR]; BLOCK / GROUP];
-        Self { units_per_m: 0.0, blocks: vec![nobody; blocks], members: vec![0; blocks] }
+        Self { units_per_m: 0.0, blocks: SmallVec::from_elem(nobody, blocks) }
     }
 
     /// Chooses the unit for a pasture of that size; the positions so far lose their meaning.
@@ -42,12 +44,7 @@ impl RoughPositions {
         self.units_per_m = UNITS / larger(length_m, width_m);
     }
 
-    /// Takes every position out.
-    pub(super) fn clear(&mut self) {
-        self.members.fill(0);
-    }
-
-    /// Writes a position, which is not put into the set.
+    /// Writes a position.
     pub(super) fn write(&mut self, place: usize, position: Point) {
         let [x, y] = self.in_units(position);
         let at = 2 * (place % VECTOR);
@@ -55,31 +52,6 @@ impl RoughPositions {
         let vector = &mut group[place % GROUP / VECTOR];
         vector[at] = x;
         vector[at + 1] = y;
-    }
-
-    /// Puts the position written in a place into the set.
-    #[inline]
-    pub(super) fn insert(&mut self, place: usize) {
-        self.members[place / BLOCK] |= 1 << (place % BLOCK);
-    }
-
-    /// Takes a position out of the set.
-    #[inline]
-    pub(super) fn remove(&mut self, place: usize) {
-        self.members[place / BLOCK] &= !(1 << (place % BLOCK));
-    }
-
-    /// Takes one position out and puts another in.
-    #[inline]
-    pub(super) fn exchange(&mut self, out: usize, into: usize) {
-        self.remove(out);
-        self.insert(into);
-    }
-
-    /// The first place in the set.
-    pub(super) fn first(&self) -> Option<usize> {
-        let block = self.members.iter().position(|&members| members != 0)?;
-        Some(Self::place(block, self.members[block]))
     }
 
     /// How many blocks the first `places` are in.
@@ -111,7 +83,7 @@ impl RoughPositions {
         i32x8::splat(whole(smaller(units * units, f64::from(i32::MAX))))
     }
 
-    /// Which of the first `places` are in the set and perhaps near, as bits of a block.
+    /// Which of the first `places` are perhaps near, as bits of a block that holds some of them.
     #[inline]
     pub(super) fn near_in(&self, block: usize, places: usize, near: &Near) -> u64 {
         let mut bits = 0;
@@ -125,7 +97,8 @@ impl RoughPositions {
                 std::array::from_fn(|i| if i < VECTOR { a[i] } else { b[i - VECTOR] });
             bits |= u64::from(i16x16::new(both).to_bitmask()) << (first % BLOCK);
         }
-        bits & self.members[block]
+        let left = places - block * BLOCK;
+        if left < BLOCK { bits & !(u64::MAX << left) } else { bits }
     }
 
     #[inline]
@@ -169,7 +142,6 @@ mod tests {
             let positions: Vec<Point> = (0..40).map(|_| anywhere(0.0)).collect();
             for (place, &position) in positions.iter().enumerate() {
                 rough.write(place, position);
-                rough.insert(place);
             }
             for _ in 0..200 {
                 let from = anywhere(0.5);

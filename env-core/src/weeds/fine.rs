@@ -90,17 +90,19 @@ impl FineCells {
         let in_left = ((0xff << (first_column % TILE)) & 0xff) * EVERY_ROW;
         let in_right = (0xff >> (TILE - 1 - last_column % TILE)) * EVERY_ROW;
         let mut in_rows = u64::MAX << (TILE * (first_row % TILE));
-        for tile_row in bottom..=top {
+        // Inclusive ranges would take twice as long.
+        let (tile_rows, tile_columns) = (bottom..top + 1, left..right + 1);
+        for tile_row in tile_rows {
             if tile_row == top {
                 in_rows &= u64::MAX >> (TILE * (TILE - 1 - last_row % TILE));
             }
             let start = tile_row * self.tile_columns;
             let mut within = in_rows & in_left;
-            for (tile_column, word) in (left..).zip(&self.words[start + left..=start + right]) {
+            for tile_column in tile_columns.clone() {
                 if tile_column == right {
                     within &= in_right;
                 }
-                let mut bits = word & within;
+                let mut bits = self.words[start + tile_column] & within;
                 while bits != 0 {
                     let bit = bits.trailing_zeros() as u8;
                     bits &= bits - 1;

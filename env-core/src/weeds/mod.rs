@@ -107,7 +107,7 @@ impl Weeds {
         let (unseen, standing) = (ground.unseen().words(), self.unmowed_cells.words());
         let words = |tile: usize| (unseen[tile], standing[tile]);
         let bounds = Bounds { x_range: sweep.x_range(), y_range: sweep.y_range() };
-        grid.for_each_touched(&bounds, words, |tile, unseen, weeds| {
+        grid.for_each_touched(&bounds, words, |tile, unseen, weeds, _| {
             has_weeds |= weeds != 0;
             tile.for_each(unseen, |cell| {
                 let is_met = sweep.contains(grid.centre(cell.column, cell.row));
@@ -160,13 +160,15 @@ impl Weeds {
         // Weeds and ground are looked up in one go, since the same cells are touched.
         let (unseen, sought) = (ground.unseen().words(), self.undetected_cells.words());
         let words = |tile: usize| (unseen[tile], sought[tile]);
-        grid.for_each_touched(footprint, words, |tile, unseen, weeds| {
+        grid.for_each_touched(footprint, words, |tile, unseen, weeds, edges| {
             tile.for_each(unseen, |cell| {
                 cells.extend(test(grid.centre(cell.column, cell.row)).map(|answer| (cell, answer)));
             });
             tile.for_each(weeds, |cell| {
                 for weed in index.in_cell(cell) {
+                    // Most weeds of a cell at the rim are out of sight, which is seen more quickly.
                     if weed.state.is_sought
+                        && edges.may_hold(grid.in_cells(weed.position.x, weed.position.y))
                         && let Some(answer) = test(weed.position)
                     {
                         found.push((weed.number, answer));
