@@ -49,6 +49,10 @@ def test_registering_again_changes_nothing():
     assert isinstance(gym.make(f"swath:{ID}").unwrapped, swath.MowerRoutingEnv)
 
 
+def test_scenarios_name_the_id_that_is_registered():
+    assert swath.Scenario().to_dict()["id"] == swath.registration.ENV_ID == ID
+
+
 def test_the_spec_is_json():
     env = gym.make(ID, scenario="pasture", weeds={"count": 3})
     again = gym.make(gym.envs.registration.EnvSpec.from_json(env.spec.to_json()))

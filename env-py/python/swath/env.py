@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from swath import _native
 from swath.errors import ConfigError, RenderModeError
+from swath.seeds import drawn_seed
 from swath.spaces import action_space, observation_space
 
 if TYPE_CHECKING:
@@ -26,9 +27,6 @@ Array: TypeAlias = "npt.NDArray[np.float32] | npt.NDArray[np.int8] | npt.NDArray
 Observation: TypeAlias = "Array | dict[str, Array]"
 Action: TypeAlias = "npt.NDArray[np.float32] | np.int64"
 Info: TypeAlias = "dict[str, object]"
-
-# An unseeded environment draws its seed below this.
-_SEEDS = 1 << 63
 
 
 class MowerRoutingEnv(gym.Env[Observation, Action]):
@@ -242,7 +240,7 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
         elif self._core.has_begun:
             observation, info = self._core.reset_next(weeds)
         else:
-            observation, info = self._core.reset(int(self.np_random.integers(_SEEDS)), weeds)
+            observation, info = self._core.reset(drawn_seed(self.np_random), weeds)
         return observation, info
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, Info]:

@@ -16,6 +16,7 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from swath import _native
 from swath.errors import ClosedError
+from swath.seeds import drawn_seed
 from swath.spaces import action_space, observation_space
 from swath.vector import weeds_of
 
@@ -32,8 +33,6 @@ __all__ = ["MowerRoutingVecEnv", "RowEnv"]
 Info: TypeAlias = "dict[str, object]"
 Indices: TypeAlias = "int | Iterable[int] | None"
 Space: TypeAlias = "gym.Space[Any]"
-
-_SEEDS = 1 << 63
 
 
 class RowEnv:
@@ -140,7 +139,7 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
         weeds = [next(iter(weeds_of(options, 1)), None) for options in self._options]
         first_seed = None
         if not batch.has_begun and None in seeds:
-            first_seed = int(np.random.default_rng().integers(_SEEDS))
+            first_seed = drawn_seed(np.random.default_rng())
         observations: Observations = batch.reset(seeds, None, weeds, first_seed)[0]
         self._write_reset_infos(range(self.num_envs))
         self._reset_seeds()

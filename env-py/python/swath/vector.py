@@ -13,6 +13,7 @@ from gymnasium.vector.utils import batch_space
 
 from swath import _native
 from swath.errors import ClosedError, ConfigError, RenderModeError
+from swath.seeds import drawn_seed
 from swath.spaces import action_space, observation_space
 
 if TYPE_CHECKING:
@@ -29,9 +30,6 @@ Observations: TypeAlias = "npt.NDArray[np.generic] | dict[str, npt.NDArray[np.ge
 
 Flags: TypeAlias = "npt.NDArray[np.bool_]"
 Infos: TypeAlias = "dict[str, object]"
-
-# Unseeded environments draw their seeds below this.
-_SEEDS = 1 << 63
 
 _MOST_ENVS = 1_000_000
 
@@ -156,7 +154,7 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
         base, seeds = _seeds(seed, self.num_envs)
         first_seed = None
         if not batch.has_begun and None in seeds:
-            first_seed = int(self.np_random.integers(_SEEDS))
+            first_seed = drawn_seed(self.np_random)
         result = batch.reset(seeds, mask, weeds, first_seed)
         if base is not None:
             super().reset(seed=base)

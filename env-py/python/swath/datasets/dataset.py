@@ -21,6 +21,8 @@ from swath.evaluation.study import whole
 from swath.extras import need
 from swath.files import check_folder
 from swath.progress import Progress
+from swath.registration import ENV_ID
+from swath.seeds import LARGEST_SEED
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -29,13 +31,10 @@ if TYPE_CHECKING:
 
 __all__ = ["record"]
 
-ENV_ID = "swath/MowerRouting-v0"
-
 _ROOT = "MINARI_DATASETS_PATH"
 """The variable that tells Minari where its datasets are."""
 
 _MOST_EPISODES = 1 << 32
-_LARGEST_SEED = (1 << 64) - 1
 _BATCH = 16
 """Number of episodes that are played together, and held in memory."""
 
@@ -88,7 +87,7 @@ def record(
 
     resolved = _native.Scenario(scenario, **blocks)
     episodes = whole("episodes", episodes, least=1, most=_MOST_EPISODES)
-    seed = whole("seed", seed, least=0, most=_LARGEST_SEED - (episodes - 1))
+    seed = whole("seed", seed, least=0, most=LARGEST_SEED - (episodes - 1))
     driver, label = driver_of(agent, resolved)
     name = dataset_id if dataset_id is not None else f"swath/{label.replace(':', '-').replace('=', '-')}-v0"
     try:
