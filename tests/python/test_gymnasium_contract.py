@@ -59,9 +59,18 @@ def test_the_spec_is_json():
     assert again.unwrapped.scenario == env.unwrapped.scenario
 
 
-def test_closing_twice_is_fine(env):
+def test_closing_twice_is_fine_and_nothing_moves_after_it(env):
+    env.reset(seed=0)
+    snapshot = env.unwrapped.snapshot()
     env.close()
     env.close()
+    inner = env.unwrapped
+    action = env.action_space.sample()
+    calls = [inner.reset, lambda: inner.step(action), inner.action_masks, lambda: inner.restore(snapshot)]
+    for call in [*calls, inner.snapshot, env.reset, lambda: env.step(action)]:
+        with pytest.raises(swath.ClosedError, match="^`reset` and `step` must come before `close`$"):
+            call()
+    assert inner.scenario.to_dict()["id"] == ID
 
 
 def test_gymnasium_copies_of_the_environment_follow_seed_plus_index():
