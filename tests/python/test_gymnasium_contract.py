@@ -68,7 +68,7 @@ def test_closing_twice_is_fine_and_nothing_moves_after_it(env):
     action = env.action_space.sample()
     calls = [inner.reset, lambda: inner.step(action), inner.action_masks, lambda: inner.restore(snapshot)]
     for call in [*calls, inner.snapshot, env.reset, lambda: env.step(action)]:
-        with pytest.raises(swath.ClosedError, match="^`reset` and `step` must come before `close`$"):
+        with pytest.raises(swath.ClosedError, match=r"^`reset` and `step` must come before `close`$"):
             call()
     assert inner.scenario.to_dict()["id"] == ID
 

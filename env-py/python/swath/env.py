@@ -119,6 +119,10 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
     | 1 | 255 if a known weed lies in it, else 0 | 0 or 255 |
     | 2 | 255 times the share of it that lies outside the pasture, from sample points | 0 to 255 |
 
+    The `NatureCNN` of stable-baselines3 cannot take pictures of 32 x 32 points. With `observation.flat = false` the
+    features extractor `swath.training.networks.MapsExtractor` takes `maps`, `swath.training.networks.DictExtractor`
+    takes `dict`.
+
     `observation_names` lists the names of the numbers, part by part; `maps` has one for all.
 
     ## Starting State
