@@ -381,10 +381,11 @@ def test_importing_swath_imports_no_learner():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_a_missing_extra_is_named(monkeypatch):
+@pytest.mark.parametrize("package", ["stable_baselines3", "torch"])
+def test_whichever_package_is_missing_the_extra_is_named(package, monkeypatch):
     found = importlib.util.find_spec
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "stable_baselines3" else found(name))
-    with pytest.raises(ModuleNotFoundError, match=re.escape("pip install 'swath[train]'")):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == package else found(name))
+    with pytest.raises(ModuleNotFoundError, match=re.escape(f"needs {package}: pip install 'swath[train]'")):
         make(1)
 
 

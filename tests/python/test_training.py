@@ -210,7 +210,7 @@ def test_a_misspelt_name_is_answered_with_the_shipped_trainings(capsys, tmp_path
     )
 
 
-@pytest.mark.parametrize("package", ["stable_baselines3", "tensorboard"])
+@pytest.mark.parametrize("package", ["stable_baselines3", "torch", "tensorboard"])
 def test_a_missing_package_is_answered_with_the_extra_that_brings_it(package, monkeypatch, capsys, tmp_path):
     # This is how Python marks a module that cannot be imported.
     monkeypatch.setitem(sys.modules, package, None)

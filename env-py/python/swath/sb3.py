@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 from typing import TYPE_CHECKING
 
 from swath import _native
 from swath.errors import ConfigError
+from swath.extras import need
 from swath.registration import ENTRY_POINTS
 from swath.vector import MOST_THREADS, checked_count
 
@@ -45,16 +45,14 @@ def make_vec_env(
 
     Raises:
         ConfigError: If an argument cannot be used; the message names it.
-        ModuleNotFoundError: If stable-baselines3 is not installed; the message names the extra.
+        ModuleNotFoundError: If stable-baselines3 or PyTorch is not installed; the message names the extra.
     """
     if env_id not in ENTRY_POINTS:
         text = f"`env_id` must be one of {', '.join(ENTRY_POINTS)}, got {env_id!r}"
         raise ConfigError(text)
     num_envs = checked_count("num_envs", num_envs, 1_000_000)
     num_threads = checked_count("num_threads", num_threads, MOST_THREADS)
-    if importlib.util.find_spec("stable_baselines3") is None:
-        text = "`swath.sb3` needs stable-baselines3: pip install 'swath[train]'"
-        raise ModuleNotFoundError(text)
+    need("`swath.sb3`", "train", "stable_baselines3", "torch")
     from swath.vec_env import MowerRoutingVecEnv
 
     batch = _native.Batch(_native.Scenario(scenario, **blocks), num_envs, "SameStep", num_threads, copy=True)
