@@ -278,6 +278,15 @@ def test_attributes_belong_to_environments():
         env.env_method("no_such_thing")
 
 
+def test_the_spec_makes_the_same_environment_again():
+    keywords = {"scenario": "cowbot-field", "weeds": {"count": 7}}
+    env = swath.sb3.make_vec_env(ID, 2, **keywords)
+    for spec in [*env.get_attr("spec"), env.spec]:
+        assert spec.kwargs == keywords
+        assert gym.make(spec).unwrapped.scenario == env.get_attr("scenario")[0]
+    assert swath.sb3.make_vec_env(ID).spec == gym.spec(ID)
+
+
 def test_action_kinds_without_masks_say_so():
     env = make(2)
     assert not env.has_attr("action_masks")

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import gymnasium as gym
 
 from swath import _native
 from swath.errors import ConfigError
@@ -56,7 +59,8 @@ def make_vec_env(
     from swath.vec_env import MowerRoutingVecEnv
 
     batch = _native.Batch(_native.Scenario(scenario, **blocks), num_envs, "SameStep", num_threads, copy=True)
-    env = MowerRoutingVecEnv(batch, num_envs, env_id)
+    keywords = {**({} if scenario is None else {"scenario": scenario}), **blocks}
+    env = MowerRoutingVecEnv(batch, num_envs, replace(gym.spec(env_id), kwargs=keywords))
     if seed is not None:
         env.seed(seed)
     return env

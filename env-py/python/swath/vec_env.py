@@ -39,7 +39,7 @@ class RowEnv:
     """One environment of the batch, as `get_attr`, `set_attr` and `env_method` know it.
 
     Attributes:
-        spec: What Gymnasium has registered.
+        spec: What Gymnasium has registered, with the keywords that the environments were made with.
         observation_space: Of one environment.
         action_space: Of one environment.
     """
@@ -102,20 +102,20 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
     `action_mask`; masked learners ask for the masks by `env_method("action_masks")`. Whatever a step returns is fresh.
     """
 
-    def __init__(self, batch: _native.Batch, num_envs: int, env_id: str) -> None:
+    def __init__(self, batch: _native.Batch, num_envs: int, spec: EnvSpec) -> None:
         """Wraps a batch that begins anew in the step that ends an episode."""
         self._batch = batch
         self._is_closed = False
         self._has_decisions = batch.scenario.to_dict()["action"]["kind"] == "target"  # type: ignore[index]
         spaces = (observation_space(batch.observation_spec), action_space(batch.action_spec))
-        self._envs = [RowEnv(batch, row, gym.spec(env_id), spaces) for row in range(num_envs)]
+        self._envs = [RowEnv(batch, row, spec, spaces) for row in range(num_envs)]
         self._actions: npt.ArrayLike | None = None
         self._start_s = time.time()
         super().__init__(num_envs, *spaces)
 
     @property
     def spec(self) -> EnvSpec:
-        """What Gymnasium has registered."""
+        """What Gymnasium has registered, with the keywords that the environments were made with."""
         return self._envs[0].spec
 
     @property
