@@ -365,6 +365,28 @@ def test_a_copy_goes_on_as_the_original(move):
 # Mistakes
 
 
+@pytest.mark.parametrize("seed", ["a", 1.0, -1, (1 << 64) - 2])
+def test_a_seed_that_cannot_be_is_refused_where_it_is_given(seed):
+    message = f"^`seed` must be a whole number from 0 to {(1 << 64) - 3}, got {re.escape(repr(seed))}$"
+    with pytest.raises(swath.ConfigError, match=message):
+        make(3, seed=seed)
+    env = make(3, seed=5)
+    with pytest.raises(swath.ConfigError, match=message):
+        env.seed(seed)
+    assert np.array_equal(env.reset(), make(3, seed=5).reset())
+    assert env.seed(np.int64(7)) == [7, 8, 9]
+
+
+@pytest.mark.parametrize(
+    ("keyword", "meant"),
+    [({"n_envs": 4}, "`num_envs`"), ({"env_kwargs": {}}, "its entries as keywords, such as `weeds={...}`")],
+)
+def test_the_keywords_of_stable_baselines3_are_answered_with_those_that_are_meant(keyword, meant):
+    with pytest.raises(swath.ConfigError) as error:
+        swath.sb3.make_vec_env(ID, **keyword)
+    assert str(error.value) == f"`{next(iter(keyword))}` is not a known key; did you mean {meant}?"
+
+
 def test_mistakes_are_refused_by_name():
     with pytest.raises(swath.ConfigError, match=f"`env_id` must be one of {ID}, got 'swath/Mower-v0'"):
         swath.sb3.make_vec_env("swath/Mower-v0")

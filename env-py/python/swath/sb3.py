@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 
 __all__ = ["make_vec_env"]
 
+# What the `make_vec_env` of stable-baselines3 itself would be given, and what is meant here.
+_MEANT = {"n_envs": "`num_envs`", "env_kwargs": "its entries as keywords, such as `weeds={...}`"}
+
 
 def make_vec_env(
     env_id: str,
@@ -53,6 +56,10 @@ def make_vec_env(
     if env_id not in ENTRY_POINTS:
         text = f"`env_id` must be one of {', '.join(ENTRY_POINTS)}, got {env_id!r}"
         raise ConfigError(text)
+    for name, meant in _MEANT.items():
+        if name in blocks:
+            text = f"`{name}` is not a known key; did you mean {meant}?"
+            raise ConfigError(text)
     num_envs = checked_count("num_envs", num_envs, 1_000_000)
     num_threads = checked_count("num_threads", num_threads, MOST_THREADS)
     need("`swath.sb3`", "train", "stable_baselines3", "torch")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,8 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from swath import _native
 from swath.errors import ClosedError
-from swath.seeds import drawn_seed
+from swath.evaluation.study import whole
+from swath.seeds import LARGEST_SEED, drawn_seed
 from swath.spaces import action_space, observation_space
 from swath.vector import weeds_of
 
@@ -124,6 +125,23 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
             text = "`reset` and `step` must come before `close`"
             raise ClosedError(text)
         return self._batch
+
+    def seed(self, seed: int | None = None) -> Sequence[int]:
+        """Keeps a seed for the next reset.
+
+        Args:
+            seed: Environment i begins episode 0 of the seed `seed` + i. None: seeds are drawn.
+
+        Returns:
+            The seed of every environment.
+
+        Raises:
+            ConfigError: If the seed cannot be used; what was kept before stays.
+        """
+        if seed is not None:
+            seed = whole("seed", seed, least=0, most=LARGEST_SEED - (self.num_envs - 1))
+        seeds: Sequence[int] = super().seed(seed)
+        return seeds
 
     def reset(self) -> Observations:
         """Begins an episode in every environment, with the seeds and options set since the last reset.
