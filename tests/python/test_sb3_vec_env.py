@@ -251,10 +251,46 @@ def test_options_are_used_once_and_never_modified():
     observations = env.reset()
     assert np.array_equal(observations[0], single.reset(seed=3)[0])
     assert np.array_equal(observations[1], single.reset(seed=4, options=options)[0])
-    for other in ("weed", "reset_mask"):
-        env.set_options({other: []})
-        with pytest.raises(swath.ConfigError, match=f"^`options` must hold nothing but `weeds`, got `{other}`$"):
-            env.reset()
+
+
+REFUSED_OPTIONS = [
+    ({"weed": []}, "`options` must hold nothing but `weeds`, got `weed`"),
+    ({"reset_mask": []}, "`options` must hold nothing but `weeds`, got `reset_mask`"),
+    ([{}, {"weed": []}], "`options` must hold nothing but `weeds`, got `weed`"),
+    ([{}], "`options` must be one for each of 2 environments, got 1"),
+    ([{}, "weeds"], "`options` must be a dictionary or a list of them, got `str`"),
+    ("weeds", "`options` must be a dictionary or a list of them, got `str`"),
+    (5, "`options` must be a dictionary or a list of them, got `int`"),
+]
+
+
+@pytest.mark.parametrize(("options", "message"), REFUSED_OPTIONS)
+def test_options_that_cannot_be_are_refused_where_they_are_set_and_spoil_no_reset(options, message):
+    env, twin = make(2, seed=3), make(2, seed=3)
+    with pytest.raises(swath.ConfigError) as error:
+        env.set_options(options)
+    assert str(error.value) == message
+    assert np.array_equal(env.reset(), twin.reset())
+
+
+@pytest.mark.parametrize(
+    ("weeds", "message"),
+    [
+        ([[1.0, 99.0]], "`weeds[0][0]` must be on the pasture, 0..=36 by 0..=26 m, got [1, 99]"),
+        ("weeds", "`weeds[0]` must be an array (n, 2) of numbers, metres, got `str`"),
+    ],
+)
+def test_weeds_that_cannot_be_placed_spoil_one_reset_and_no_other(weeds, message):
+    env, twin = make(2, seed=3), make(2, seed=3)
+    env.set_options({"weeds": weeds})
+    with pytest.raises(swath.ConfigError) as error:
+        env.reset()
+    assert str(error.value) == message
+    assert np.array_equal(env.reset(), twin.reset())
+    env.set_options([{}, {"weeds": weeds}])
+    with pytest.raises(swath.ConfigError):
+        env.reset()
+    assert np.array_equal(env.reset(), twin.reset())
 
 
 # Attributes and methods
