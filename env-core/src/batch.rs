@@ -13,7 +13,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 pub use buffers::{Actions, StepMut};
 
 use crate::action::{ActionDecoder, ActionError, ActionSpec};
-use crate::config::{ActionKind, ValidScenario};
+use crate::config::{ActionKind, ConfigError, ValidScenario};
 use crate::env::{Beginning, Env, Summary};
 use crate::episode::{End, Outcome};
 use crate::observation::{Observation, ObservationMut, ObservationSpec, Sizes};
@@ -119,11 +119,10 @@ const MAP_ROWS_A_TASK: usize = 4;
 impl BatchEnv {
     /// A batch that waits for its first reset.
     ///
-    /// # Panics
+    /// # Errors
     ///
-    /// If the system has no threads to give.
-    #[must_use]
-    pub fn new(scenario: &ValidScenario, options: BatchOptions) -> Self {
+    /// [`ConfigError::Value`] if the system cannot start so many threads.
+    pub fn new(scenario: &ValidScenario, options: BatchOptions) -> Result<Self, ConfigError> {
         let BatchOptions { rows, autoreset, threads } = options;
         let env = Env::new(scenario);
         let spec = env.observation_spec();
@@ -151,9 +150,11 @@ impl BatchEnv {
                 .num_threads(threads)
                 .thread_name(|thread| format!("swath-batch-{thread}"))
                 .build()
-                .expect("the system has threads to give")
         });
-        Self {
+        let pool = pool.transpose().map_err(|_| {
+            ConfigError::value("num_threads", "as many as the system can start", options.threads)
+        })?;
+        Ok(Self {
             envs: vec![env; rows],
             states: vec![State::Unstarted; rows],
             last: vec![None; rows],
@@ -162,7 +163,7 @@ impl BatchEnv {
             decoder,
             form,
             pool,
-        }
+        })
     }
 
     /// Begins episode 0 of `seed` + i in every row i. Seeds go around at the end of their range.

@@ -88,7 +88,7 @@ impl Batch {
             }
         };
         let options = BatchOptions { rows: num_envs, autoreset, threads: num_threads };
-        let core = BatchEnv::new(&scenario.get().scenario, options);
+        let core = BatchEnv::new(&scenario.get().scenario, options)?;
         let table = StepTable::new(num_envs, core.mask_width());
         Ok(Self {
             core,

@@ -5,13 +5,13 @@ use std::sync::mpsc::{self, Receiver};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
-use pyo3::exceptions::{PyIndexError, PyRuntimeError};
+use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::iter::{ParallelBridge, ParallelIterator};
 use swath_agents::registry::AgentSpec as CoreSpec;
 use swath_agents::runner::run_summary;
-use swath_core::config::ValidScenario;
+use swath_core::config::{ConfigError, ValidScenario};
 use swath_core::env::Summary;
 use swath_core::episode::Outcome;
 
@@ -89,9 +89,9 @@ impl EpisodeStream {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(jobs.clamp(1, tasks.len().max(1)))
             .build()
-            .map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+            .map_err(|_| too_many(jobs))?;
         let (sender, rows) = mpsc::channel();
-        let runner = std::thread::spawn(move || {
+        let run = move || {
             pool.install(|| {
                 // An error means that nobody listens any more: the rest is left undone.
                 let _ = tasks
@@ -99,7 +99,8 @@ impl EpisodeStream {
                     .par_bridge()
                     .try_for_each_with(sender, |sender, task| sender.send(study.run(task)));
             });
-        });
+        };
+        let runner = std::thread::Builder::new().spawn(run).map_err(|_| too_many(jobs))?;
         Ok(Self { rows: Mutex::new(rows), runner: Mutex::new(Some(runner)) })
     }
 
@@ -118,6 +119,11 @@ impl EpisodeStream {
         let (scenario, agent, instance) = row.task;
         Ok(Some((scenario, agent, instance, summary, row.wall_s)))
     }
+}
+
+/// The error for more threads than there can be.
+fn too_many(jobs: usize) -> ConfigError {
+    ConfigError::value("jobs", "as many as the system can start", jobs)
 }
 
 /// Refuses tasks that name what is not there.

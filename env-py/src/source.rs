@@ -43,6 +43,12 @@ impl Source {
     /// Opens a file or a shipped scenario.
     fn open(path: &str) -> Result<Self, Error> {
         let document = Document::open(path)?;
+        // Only files about trainings and their models have this key.
+        if document.written().contains_key("algorithm") {
+            let expected = "the file of a scenario";
+            let got = format!("{path}, the file of a training, whose own is its block `scenario`");
+            return Err(ConfigError::value("scenario", expected, got).into());
+        }
         Ok(Self {
             name: document.name().to_owned(),
             table: document.written().clone(),

@@ -80,6 +80,15 @@ BAD_SCENARIOS = [
 ]
 
 
+@pytest.mark.parametrize("command", [["run", "jump", "--scenario"], ["evaluate", "--agents", "jump"], ["config"]])
+def test_the_file_of_a_training_is_no_scenario_and_one_line_says_where_it_has_one(call, command):
+    file = scenario("algorithm = 'ppo'\ntotal_steps = 64\n[scenario.weeds]\ncount = 3")
+    assert refused(call(*command, file)) == (
+        "`scenario` must be the file of a scenario, got mine.toml, the file of a training, "
+        "whose own is its block `scenario`"
+    )
+
+
 @pytest.mark.parametrize(("text", "line"), BAD_SCENARIOS, ids=[text.split("\n")[-1] for text, _ in BAD_SCENARIOS])
 @pytest.mark.parametrize("command", ["evaluate", "run", "config"])
 def test_a_bad_scenario_is_refused_in_one_line_and_nothing_is_written(call, command, text, line):

@@ -49,15 +49,28 @@ def test_registering_again_changes_nothing():
     assert isinstance(gym.make(f"swath:{ID}").unwrapped, swath.MowerRoutingEnv)
 
 
+def test_scenarios_name_the_id_that_is_registered():
+    assert swath.Scenario().to_dict()["id"] == swath.registration.ENV_ID == ID
+
+
 def test_the_spec_is_json():
     env = gym.make(ID, scenario="pasture", weeds={"count": 3})
     again = gym.make(gym.envs.registration.EnvSpec.from_json(env.spec.to_json()))
     assert again.unwrapped.scenario == env.unwrapped.scenario
 
 
-def test_closing_twice_is_fine(env):
+def test_closing_twice_is_fine_and_nothing_moves_after_it(env):
+    env.reset(seed=0)
+    snapshot = env.unwrapped.snapshot()
     env.close()
     env.close()
+    inner = env.unwrapped
+    action = env.action_space.sample()
+    calls = [inner.reset, lambda: inner.step(action), inner.action_masks, lambda: inner.restore(snapshot)]
+    for call in [*calls, inner.snapshot, env.reset, lambda: env.step(action)]:
+        with pytest.raises(swath.ClosedError, match=r"^`reset` and `step` must come before `close`$"):
+            call()
+    assert inner.scenario.to_dict()["id"] == ID
 
 
 def test_gymnasium_copies_of_the_environment_follow_seed_plus_index():

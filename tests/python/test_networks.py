@@ -2,6 +2,7 @@
 
 import importlib.util
 import os
+import re
 
 import gymnasium as gym
 import numpy as np
@@ -12,7 +13,10 @@ if importlib.util.find_spec("sb3_contrib") is None and not os.environ.get("CI"):
 
 import torch
 from gymnasium.spaces import Box, Dict, Discrete
+from stable_baselines3 import PPO
 
+import swath
+from swath.training import networks
 from swath.training.candidate_policy import CandidatePolicy
 from swath.training.networks import CandidatesExtractor, DictExtractor, MapsExtractor
 
@@ -108,6 +112,16 @@ def test_all_parts_of_a_dict_reach_the_features():
         zero = extractor(parts)
         for name in parts:
             assert not torch.equal(zero, extractor({**parts, name: parts[name] + 1}))
+
+
+@pytest.mark.parametrize(("kind", "policy"), [("maps", "CnnPolicy"), ("dict", "MultiInputPolicy")])
+def test_the_extractors_that_the_environment_names_read_its_pictures(kind, policy):
+    named = dict(re.findall(r"`swath\.training\.networks\.(\w+)`\s+takes `(\w+)`", swath.MowerRoutingEnv.__doc__))
+    (extractor,) = (getattr(networks, name) for name, taken in named.items() if taken == kind)
+    env = gym.make("swath/MowerRouting-v0", observation={"kind": kind, "flat": False})
+    keywords = {"features_extractor_class": extractor}
+    model = PPO(policy, env, n_steps=16, batch_size=16, n_epochs=1, device="cpu", policy_kwargs=keywords)
+    assert model.learn(16).num_timesteps == 16
 
 
 def test_a_table_is_read_the_same_with_and_without_its_shape(table):

@@ -114,8 +114,8 @@ def test_chance_drives_until_the_episode_ends(root, monkeypatch):
     assert all(episode.truncations[-1] and len(set(episode.actions)) > 1 for episode in dataset)
 
 
-@pytest.mark.parametrize("kind", ["steer", "discrete", "target"])
-def test_a_trained_policy_is_recorded_as_it_plays(kind, root, tmp_path, monkeypatch):
+def train(out, kind):
+    """Trains for a few steps on a scenario that is not the default one."""
     pytest.importorskip("stable_baselines3")
     from swath import training
 
@@ -128,12 +128,34 @@ def test_a_trained_policy_is_recorded_as_it_plays(kind, root, tmp_path, monkeypa
             "hyperparameters": {"n_steps": 32, "batch_size": 32},
         }
     )
-    training.train(config, out=tmp_path / "out")
+    training.train(config, out=out)
+    return training.load_policy(out)
+
+
+@pytest.mark.parametrize("kind", ["steer", "discrete", "target"])
+def test_a_trained_policy_is_recorded_as_it_plays(kind, root, tmp_path, monkeypatch):
+    policy = train(tmp_path / "out", kind)
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(root))
-    record(str(tmp_path / "out" / "model.zip"), episodes=2, scenario=config.scenario, dataset_id=f"policy-{kind}-v0")
-    policy = training.load_policy(tmp_path / "out")
+    record(str(tmp_path / "out" / "model.zip"), episodes=2, dataset_id=f"policy-{kind}-v0")
     for episode in minari.load_dataset(f"policy-{kind}-v0"):
         assert np.allclose(policy.predict(episode.observations[:-1]), episode.actions, atol=1e-6)
+
+
+def test_a_trained_policy_is_recorded_where_it_was_trained_unless_another_scenario_is_named(tmp_path, monkeypatch):
+    scenario = train(tmp_path / "out", "steer").card.scenario
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    command = ["record", "--agent", str(tmp_path / "out" / "model.zip"), "--episodes", "1", "--dataset"]
+    assert main([*command, "own-v0"]) == 0
+    assert minari.load_dataset("own-v0").storage.metadata["scenario"] == scenario.to_toml()
+    (tmp_path / "other.toml").write_text(scenario.to_toml().replace("budget = 0.02", "budget = 0.01"))
+    assert main([*command, "other-v0", "--scenario", str(tmp_path / "other.toml")]) == 0
+    assert "budget = 0.01" in minari.load_dataset("other-v0").storage.metadata["scenario"]
+
+
+def test_a_scripted_agent_is_recorded_on_the_shipped_pasture_unless_another_scenario_is_named(tmp_path, monkeypatch):
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path))
+    assert main(["record", "--agent", "bcp", "--episodes", "1"]) == 0
+    assert minari.load_dataset("swath/bcp-v0").storage.metadata["scenario"] == swath.Scenario("pasture").to_toml()
 
 
 REFUSED = [

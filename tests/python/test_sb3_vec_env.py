@@ -251,10 +251,46 @@ def test_options_are_used_once_and_never_modified():
     observations = env.reset()
     assert np.array_equal(observations[0], single.reset(seed=3)[0])
     assert np.array_equal(observations[1], single.reset(seed=4, options=options)[0])
-    for other in ("weed", "reset_mask"):
-        env.set_options({other: []})
-        with pytest.raises(swath.ConfigError, match=f"^`options` must hold nothing but `weeds`, got `{other}`$"):
-            env.reset()
+
+
+REFUSED_OPTIONS = [
+    ({"weed": []}, "`options` must hold nothing but `weeds`, got `weed`"),
+    ({"reset_mask": []}, "`options` must hold nothing but `weeds`, got `reset_mask`"),
+    ([{}, {"weed": []}], "`options` must hold nothing but `weeds`, got `weed`"),
+    ([{}], "`options` must be one for each of 2 environments, got 1"),
+    ([{}, "weeds"], "`options` must be a dictionary or a list of them, got `str`"),
+    ("weeds", "`options` must be a dictionary or a list of them, got `str`"),
+    (5, "`options` must be a dictionary or a list of them, got `int`"),
+]
+
+
+@pytest.mark.parametrize(("options", "message"), REFUSED_OPTIONS)
+def test_options_that_cannot_be_are_refused_where_they_are_set_and_spoil_no_reset(options, message):
+    env, twin = make(2, seed=3), make(2, seed=3)
+    with pytest.raises(swath.ConfigError) as error:
+        env.set_options(options)
+    assert str(error.value) == message
+    assert np.array_equal(env.reset(), twin.reset())
+
+
+@pytest.mark.parametrize(
+    ("weeds", "message"),
+    [
+        ([[1.0, 99.0]], "`weeds[0][0]` must be on the pasture, 0..=36 by 0..=26 m, got [1, 99]"),
+        ("weeds", "`weeds[0]` must be an array (n, 2) of numbers, metres, got `str`"),
+    ],
+)
+def test_weeds_that_cannot_be_placed_spoil_one_reset_and_no_other(weeds, message):
+    env, twin = make(2, seed=3), make(2, seed=3)
+    env.set_options({"weeds": weeds})
+    with pytest.raises(swath.ConfigError) as error:
+        env.reset()
+    assert str(error.value) == message
+    assert np.array_equal(env.reset(), twin.reset())
+    env.set_options([{}, {"weeds": weeds}])
+    with pytest.raises(swath.ConfigError):
+        env.reset()
+    assert np.array_equal(env.reset(), twin.reset())
 
 
 # Attributes and methods
@@ -276,6 +312,15 @@ def test_attributes_belong_to_environments():
         env.get_attr("no_such_thing")
     with pytest.raises(AttributeError):
         env.env_method("no_such_thing")
+
+
+def test_the_spec_makes_the_same_environment_again():
+    keywords = {"scenario": "cowbot-field", "weeds": {"count": 7}}
+    env = swath.sb3.make_vec_env(ID, 2, **keywords)
+    for spec in [*env.get_attr("spec"), env.spec]:
+        assert spec.kwargs == keywords
+        assert gym.make(spec).unwrapped.scenario == env.get_attr("scenario")[0]
+    assert swath.sb3.make_vec_env(ID).spec == gym.spec(ID)
 
 
 def test_action_kinds_without_masks_say_so():
@@ -356,6 +401,28 @@ def test_a_copy_goes_on_as_the_original(move):
 # Mistakes
 
 
+@pytest.mark.parametrize("seed", ["a", 1.0, -1, (1 << 64) - 2])
+def test_a_seed_that_cannot_be_is_refused_where_it_is_given(seed):
+    message = f"^`seed` must be a whole number from 0 to {(1 << 64) - 3}, got {re.escape(repr(seed))}$"
+    with pytest.raises(swath.ConfigError, match=message):
+        make(3, seed=seed)
+    env = make(3, seed=5)
+    with pytest.raises(swath.ConfigError, match=message):
+        env.seed(seed)
+    assert np.array_equal(env.reset(), make(3, seed=5).reset())
+    assert env.seed(np.int64(7)) == [7, 8, 9]
+
+
+@pytest.mark.parametrize(
+    ("keyword", "meant"),
+    [({"n_envs": 4}, "`num_envs`"), ({"env_kwargs": {}}, "its entries as keywords, such as `weeds={...}`")],
+)
+def test_the_keywords_of_stable_baselines3_are_answered_with_those_that_are_meant(keyword, meant):
+    with pytest.raises(swath.ConfigError) as error:
+        swath.sb3.make_vec_env(ID, **keyword)
+    assert str(error.value) == f"`{next(iter(keyword))}` is not a known key; did you mean {meant}?"
+
+
 def test_mistakes_are_refused_by_name():
     with pytest.raises(swath.ConfigError, match=f"`env_id` must be one of {ID}, got 'swath/Mower-v0'"):
         swath.sb3.make_vec_env("swath/Mower-v0")
@@ -381,10 +448,11 @@ def test_importing_swath_imports_no_learner():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_a_missing_extra_is_named(monkeypatch):
+@pytest.mark.parametrize("package", ["stable_baselines3", "torch"])
+def test_whichever_package_is_missing_the_extra_is_named(package, monkeypatch):
     found = importlib.util.find_spec
-    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "stable_baselines3" else found(name))
-    with pytest.raises(ModuleNotFoundError, match=re.escape("pip install 'swath[train]'")):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == package else found(name))
+    with pytest.raises(ModuleNotFoundError, match=re.escape(f"needs {package}: pip install 'swath[train]'")):
         make(1)
 
 

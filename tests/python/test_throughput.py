@@ -16,7 +16,8 @@ from benchmarks.throughput.sides.worker import live_steps
 
 import swath
 from swath.cli import main
-from swath.throughput import ENV_ID, Run, drive, record, replay_env, replay_vec, share_inside
+from swath.registration import ENV_ID
+from swath.throughput import Run, drive, record, replay_env, replay_vec, share_inside
 
 WEEDS = {"weeds": {"count": 60}}
 

@@ -210,7 +210,7 @@ def test_a_misspelt_name_is_answered_with_the_shipped_trainings(capsys, tmp_path
     )
 
 
-@pytest.mark.parametrize("package", ["stable_baselines3", "tensorboard"])
+@pytest.mark.parametrize("package", ["stable_baselines3", "torch", "tensorboard"])
 def test_a_missing_package_is_answered_with_the_extra_that_brings_it(package, monkeypatch, capsys, tmp_path):
     # This is how Python marks a module that cannot be imported.
     monkeypatch.setitem(sys.modules, package, None)
@@ -289,6 +289,33 @@ def test_a_checkpoint_that_the_disk_cannot_take_leaves_the_older_one_and_one_lin
     said = []
     training.train(config, out=tmp_path / "out", say=said.append)
     assert said[0] == "goes on from step 64"
+
+
+@pytest.mark.parametrize("name", ["state.pkl", "replay_buffer.pkl"])
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.99])
+def test_a_damaged_checkpoint_is_answered_with_one_line_that_names_the_file(name, share, tmp_path, capsys):
+    config = TrainingConfig.check({**SMALL["sac"], "checkpoint_every": 64})
+
+    def kill(line):
+        if not line.startswith("step 0:"):
+            raise Killed
+
+    with pytest.raises(Killed):
+        training.train(config, out=tmp_path / "out", say=kill)
+    (checkpoint,) = (tmp_path / "out" / "checkpoints").iterdir()
+    damaged = checkpoint / name
+    damaged.write_bytes(damaged.read_bytes()[: int(share * damaged.stat().st_size)])
+    before = sorted(tmp_path.rglob("*"))
+    assert main(["train", str(tmp_path / "out" / "training.toml"), "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert re.fullmatch(
+        rf"swath: cannot go on from {re.escape(str(damaged))} \(.+\): "
+        rf"remove the folder {re.escape(str(checkpoint))}, and the training begins anew\n",
+        said,
+    )
+    assert sorted(tmp_path.rglob("*")) == before
+    shutil.rmtree(checkpoint)
+    assert training.train(config, out=tmp_path / "out").steps == [0, 80, 160]
 
 
 def test_a_replay_buffer_that_the_disk_cannot_hold_is_refused_before_anything_is_written(tmp_path, monkeypatch):

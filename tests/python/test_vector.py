@@ -9,6 +9,8 @@ import itertools
 import math
 import pickle
 import re
+import subprocess
+import sys
 
 import gymnasium as gym
 import numpy as np
@@ -249,6 +251,8 @@ def test_weeds_are_placed_in_all_environments_or_in_each():
         ([one, None, other], [one, None, other]),
         (np.array([one] * 3), [one] * 3),
         ([np.empty((0, 2)), other, one], [np.empty((0, 2)), other, one]),
+        ([[], [], []], [[]] * 3),
+        ([[], other, np.array([])], [[], other, []]),
     ]
     for seed, (given, by_row) in enumerate(cases):
         options = {"weeds": given}
@@ -422,6 +426,31 @@ def test_a_vector_that_cannot_be_is_refused_by_name(keywords, message):
         gym.make_vec(ID, **{"num_envs": 1, **keywords})
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="it reads how much a process uses from /proc")
+def test_more_threads_than_the_system_can_start_are_refused_by_name():
+    """Address space is left for some threads, whose stacks take 2 MiB each, and not for 1,000."""
+    code = """
+import resource, swath
+small = {"pasture": {"length_m": 10.0, "width_m": 10.0}, "weeds": {"count": 1}, "observation": {"kind": "maps"}}
+swath.MowerRoutingVectorEnv(4096, num_threads=2, **small)
+used_b = 4096 * int(open("/proc/self/statm").read().split()[0])
+resource.setrlimit(resource.RLIMIT_AS, (used_b + (1 << 29), resource.RLIM_INFINITY))
+for refused in [
+    lambda: swath.MowerRoutingVectorEnv(4096, num_threads=1000, **small),
+    lambda: swath.evaluate("bcp", instances=2000, jobs=2000),
+]:
+    try:
+        refused()
+    except swath.ConfigError as error:
+        print(error)
+"""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert run.stdout.splitlines() == [
+        "`num_threads` must be as many as the system can start, got 1000",
+        "`jobs` must be as many as the system can start, got 2000",
+    ], run.stderr
+
+
 def test_the_action_of_a_row_that_only_begins_anew_is_ignored():
     envs, single = make(4), make_sync(4, AutoresetMode.NEXT_STEP)
     envs.reset(seed=2)
@@ -523,6 +552,7 @@ def test_a_step_of_an_ended_row_is_refused_where_nothing_begins_by_itself():
         ({"options": {"weed": []}}, "`options` must hold nothing but `weeds` and `reset_mask`, got `weed`"),
         ({"options": {"weeds": [[1.0, 99.0]]}}, "`weeds[0]` must be on the pasture"),
         ({"options": {"weeds": [None, [[1.0, 1.0], [1.0, 99.0]], None]}}, "`weeds[1][1]` must be on the pasture"),
+        ({"options": {"weeds": [[], []]}}, "one for each of 3 environments, got 2"),
         ({"options": {"weeds": [None, None]}}, "one for each of 3 environments, got 2"),
         ({"options": {"weeds": np.zeros((2, 4, 2))}}, "one for each of 3 environments, got 2"),
         ({"options": {"reset_mask": [True, True, False]}}, '`options["reset_mask"]` must be a bool array'),

@@ -74,7 +74,7 @@ fn lap(toml: &str) -> Work {
 /// Steps of a batch, in which every row drives the lap of the first.
 fn batch(toml: &str, rows: usize) -> Work {
     let options = BatchOptions { rows, autoreset: Autoreset::NextStep, threads: 1 };
-    let mut batch = BatchEnv::new(&scenario(toml), options);
+    let mut batch = BatchEnv::new(&scenario(toml), options).expect("one thread is there");
     batch.reset(SEED);
     let mut observation = begun(toml).0.observation_spec().rows(rows);
     let (mut rewards, mut flags) = (vec![0.0; 5 * rows], vec![false; 3 * rows]);

@@ -14,7 +14,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv
 
 import swath
-from swath.throughput import ENV_ID
+from swath.registration import ENV_ID
 
 
 class NullVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is read as untyped

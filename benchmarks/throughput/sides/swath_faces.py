@@ -12,7 +12,8 @@ import numpy as np
 import numpy.typing as npt
 from benchmarks.throughput.sides.worker import Run, serve
 
-from swath.throughput import ENV_ID, Replay, Tape, drive, record, replay_env, replay_vec
+from swath.registration import ENV_ID
+from swath.throughput import Replay, Tape, drive, record, replay_env, replay_vec
 
 if TYPE_CHECKING:
     from typing import TypeAlias

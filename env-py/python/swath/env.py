@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from swath import _native
-from swath.errors import ConfigError, RenderModeError
+from swath.errors import ClosedError, ConfigError, RenderModeError
+from swath.seeds import drawn_seed
 from swath.spaces import action_space, observation_space
 
 if TYPE_CHECKING:
@@ -26,9 +27,6 @@ Array: TypeAlias = "npt.NDArray[np.float32] | npt.NDArray[np.int8] | npt.NDArray
 Observation: TypeAlias = "Array | dict[str, Array]"
 Action: TypeAlias = "npt.NDArray[np.float32] | np.int64"
 Info: TypeAlias = "dict[str, object]"
-
-# An unseeded environment draws its seed below this.
-_SEEDS = 1 << 63
 
 
 class MowerRoutingEnv(gym.Env[Observation, Action]):
@@ -121,6 +119,10 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
     | 1 | 255 if a known weed lies in it, else 0 | 0 or 255 |
     | 2 | 255 times the share of it that lies outside the pasture, from sample points | 0 to 255 |
 
+    The `NatureCNN` of stable-baselines3 cannot take pictures of 32 x 32 points. With `observation.flat = false` the
+    features extractor `swath.training.networks.MapsExtractor` takes `maps`, `swath.training.networks.DictExtractor`
+    takes `dict`.
+
     `observation_names` lists the names of the numbers, part by part; `maps` has one for all.
 
     ## Starting State
@@ -199,24 +201,32 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
         if render_mode is not None:
             text = f"`render_mode` must be None, got {render_mode!r}"
             raise RenderModeError(text)
-        self._core = _native.Env(_native.Scenario(scenario, **blocks))
-        self.observation_space = observation_space(self._core.observation_spec)
-        self.action_space = action_space(self._core.action_spec)
+        self._inner = _native.Env(_native.Scenario(scenario, **blocks))
+        self._is_closed = False
+        self.observation_space = observation_space(self._inner.observation_spec)
+        self.action_space = action_space(self._inner.action_spec)
 
     @property
     def scenario(self) -> Scenario:
         """The scenario with every key resolved."""
-        return self._core.scenario
+        return self._inner.scenario
 
     @property
     def observation_names(self) -> list[str]:
         """Name of every number of an observation, part by part; one for `maps`, whose numbers are all alike."""
-        return [name for _, _, _, bounds in self._core.observation_spec for name, _, _ in bounds]
+        return [name for _, _, _, bounds in self._inner.observation_spec for name, _, _ in bounds]
 
     @property
     def core(self) -> _native.Env:
-        """The native environment, which native agents act in."""
-        return self._core
+        """The native environment, which native agents act in.
+
+        Raises:
+            ClosedError: After `close`.
+        """
+        if self._is_closed:
+            text = "`reset` and `step` must come before `close`"
+            raise ClosedError(text)
+        return self._inner
 
     def reset(
         self, *, seed: int | None = None, options: Mapping[str, object] | None = None
@@ -234,15 +244,16 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
 
         Raises:
             ConfigError: If the seed, an option's name or a weed cannot be used; nothing has changed then.
+            ClosedError: After `close`.
         """
-        weeds = _weeds(options)
+        core, weeds = self.core, _weeds(options)
         if seed is not None:
-            observation, info = self._core.reset(seed, weeds)
+            observation, info = core.reset(seed, weeds)
             super().reset(seed=int(seed))
-        elif self._core.has_begun:
-            observation, info = self._core.reset_next(weeds)
+        elif core.has_begun:
+            observation, info = core.reset_next(weeds)
         else:
-            observation, info = self._core.reset(int(self.np_random.integers(_SEEDS)), weeds)
+            observation, info = core.reset(drawn_seed(self.np_random), weeds)
         return observation, info
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, Info]:
@@ -261,8 +272,13 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
         Raises:
             ActionError: If the action has another shape, is not finite or is no choice, before the first reset, and
                 after the end of an episode; nothing has moved then.
+            ClosedError: After `close`.
         """
-        return self._core.step(action)
+        return self.core.step(action)
+
+    def close(self) -> None:
+        """Ends the use of the environment; closing twice is fine."""
+        self._is_closed = True
 
     def action_masks(self) -> npt.NDArray[np.bool_]:
         """Returns which choices of the action are open now, as the maskable algorithms of sb3-contrib ask for it.
@@ -273,12 +289,13 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
         Raises:
             ConfigError: If the action is numbers.
             ActionError: Before the first reset.
+            ClosedError: After `close`.
         """
-        return self._core.action_masks()
+        return self.core.action_masks()
 
     def snapshot(self) -> bytes:
         """Returns the state of the episode as bytes: all but the scenario and `np_random`."""
-        return self._core.snapshot()
+        return self.core.snapshot()
 
     def restore(self, snapshot: bytes) -> None:
         """Puts back what `snapshot` returned, here or in another environment of the same scenario.
@@ -289,7 +306,7 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
         Raises:
             SnapshotError: If they are damaged, or of another version or scenario; nothing has changed then.
         """
-        self._core.restore(snapshot)
+        self.core.restore(snapshot)
 
 
 def _weeds(options: Mapping[str, object] | None) -> object:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import gymnasium as gym
 
-__all__ = ["ENTRY_POINTS", "VECTOR_ENTRY_POINTS", "register"]
+__all__ = ["ENTRY_POINTS", "ENV_ID", "VECTOR_ENTRY_POINTS", "register"]
 
-ENTRY_POINTS = {"swath/MowerRouting-v0": "swath.env:MowerRoutingEnv"}
+ENV_ID = "swath/MowerRouting-v0"
+"""The id of the mower routing problem, as scenarios name it too."""
+
+ENTRY_POINTS = {ENV_ID: "swath.env:MowerRoutingEnv"}
 """Entry point of every id."""
 
-VECTOR_ENTRY_POINTS = {"swath/MowerRouting-v0": "swath.vector:MowerRoutingVectorEnv"}
+VECTOR_ENTRY_POINTS = {ENV_ID: "swath.vector:MowerRoutingVectorEnv"}
 """Entry point of many environments as one, which `gym.make_vec` uses."""
 
 

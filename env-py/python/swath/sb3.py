@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
+from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import gymnasium as gym
 
 from swath import _native
 from swath.errors import ConfigError
+from swath.extras import need
 from swath.registration import ENTRY_POINTS
 from swath.vector import MOST_THREADS, checked_count
 
@@ -17,6 +20,9 @@ if TYPE_CHECKING:
     from swath.vec_env import MowerRoutingVecEnv
 
 __all__ = ["make_vec_env"]
+
+# What the `make_vec_env` of stable-baselines3 itself would be given, and what is meant here.
+_MEANT = {"n_envs": "`num_envs`", "env_kwargs": "its entries as keywords, such as `weeds={...}`"}
 
 
 def make_vec_env(
@@ -45,20 +51,23 @@ def make_vec_env(
 
     Raises:
         ConfigError: If an argument cannot be used; the message names it.
-        ModuleNotFoundError: If stable-baselines3 is not installed; the message names the extra.
+        ModuleNotFoundError: If stable-baselines3 or PyTorch is not installed; the message names the extra.
     """
     if env_id not in ENTRY_POINTS:
         text = f"`env_id` must be one of {', '.join(ENTRY_POINTS)}, got {env_id!r}"
         raise ConfigError(text)
+    for name, meant in _MEANT.items():
+        if name in blocks:
+            text = f"`{name}` is not a known key; did you mean {meant}?"
+            raise ConfigError(text)
     num_envs = checked_count("num_envs", num_envs, 1_000_000)
     num_threads = checked_count("num_threads", num_threads, MOST_THREADS)
-    if importlib.util.find_spec("stable_baselines3") is None:
-        text = "`swath.sb3` needs stable-baselines3: pip install 'swath[train]'"
-        raise ModuleNotFoundError(text)
+    need("`swath.sb3`", "train", "stable_baselines3", "torch")
     from swath.vec_env import MowerRoutingVecEnv
 
     batch = _native.Batch(_native.Scenario(scenario, **blocks), num_envs, "SameStep", num_threads, copy=True)
-    env = MowerRoutingVecEnv(batch, num_envs, env_id)
+    keywords = {**({} if scenario is None else {"scenario": scenario}), **blocks}
+    env = MowerRoutingVecEnv(batch, num_envs, replace(gym.spec(env_id), kwargs=keywords))
     if seed is not None:
         env.seed(seed)
     return env

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from swath.agents import make_agent
+from swath.registration import ENV_ID
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from swath.scenario import Block
 
 __all__ = [
-    "ENV_ID",
     "Blocks",
     "Replay",
     "Run",
@@ -33,8 +33,6 @@ __all__ = [
     "replay_vec",
     "share_inside",
 ]
-
-ENV_ID = "swath/MowerRouting-v0"
 
 LAP_STEPS = 4000
 """Longest lap, in steps: shorter than the default budget on 100 x 40 m."""

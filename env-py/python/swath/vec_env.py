@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,9 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 
 from swath import _native
-from swath.errors import ClosedError
+from swath.errors import ClosedError, ConfigError
+from swath.evaluation.study import whole
+from swath.seeds import LARGEST_SEED, drawn_seed
 from swath.spaces import action_space, observation_space
 from swath.vector import weeds_of
 
@@ -31,16 +33,15 @@ __all__ = ["MowerRoutingVecEnv", "RowEnv"]
 
 Info: TypeAlias = "dict[str, object]"
 Indices: TypeAlias = "int | Iterable[int] | None"
+Options: TypeAlias = "Mapping[str, object] | Sequence[Mapping[str, object]] | None"
 Space: TypeAlias = "gym.Space[Any]"
-
-_SEEDS = 1 << 63
 
 
 class RowEnv:
     """One environment of the batch, as `get_attr`, `set_attr` and `env_method` know it.
 
     Attributes:
-        spec: What Gymnasium has registered.
+        spec: What Gymnasium has registered, with the keywords that the environments were made with.
         observation_space: Of one environment.
         action_space: Of one environment.
     """
@@ -103,20 +104,20 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
     `action_mask`; masked learners ask for the masks by `env_method("action_masks")`. Whatever a step returns is fresh.
     """
 
-    def __init__(self, batch: _native.Batch, num_envs: int, env_id: str) -> None:
+    def __init__(self, batch: _native.Batch, num_envs: int, spec: EnvSpec) -> None:
         """Wraps a batch that begins anew in the step that ends an episode."""
         self._batch = batch
         self._is_closed = False
         self._has_decisions = batch.scenario.to_dict()["action"]["kind"] == "target"  # type: ignore[index]
         spaces = (observation_space(batch.observation_spec), action_space(batch.action_spec))
-        self._envs = [RowEnv(batch, row, gym.spec(env_id), spaces) for row in range(num_envs)]
+        self._envs = [RowEnv(batch, row, spec, spaces) for row in range(num_envs)]
         self._actions: npt.ArrayLike | None = None
         self._start_s = time.time()
         super().__init__(num_envs, *spaces)
 
     @property
     def spec(self) -> EnvSpec:
-        """What Gymnasium has registered."""
+        """What Gymnasium has registered, with the keywords that the environments were made with."""
         return self._envs[0].spec
 
     @property
@@ -126,6 +127,44 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
             raise ClosedError(text)
         return self._batch
 
+    def seed(self, seed: int | None = None) -> Sequence[int]:
+        """Keeps a seed for the next reset.
+
+        Args:
+            seed: Environment i begins episode 0 of the seed `seed` + i. None: seeds are drawn.
+
+        Returns:
+            The seed of every environment.
+
+        Raises:
+            ConfigError: If the seed cannot be used; what was kept before stays.
+        """
+        if seed is not None:
+            seed = whole("seed", seed, least=0, most=LARGEST_SEED - (self.num_envs - 1))
+        seeds: Sequence[int] = super().seed(seed)
+        return seeds
+
+    def set_options(self, options: Options = None) -> None:
+        """Keeps options for the next reset, and for no later one.
+
+        Args:
+            options: Those of `MowerRoutingEnv.reset` for every environment, or a list of such dictionaries, one for
+                each. Never modified.
+
+        Raises:
+            ConfigError: If there is another number of them, or one holds more than `weeds`; what was kept before stays.
+        """
+        rows = [options or {}] * self.num_envs if options is None or isinstance(options, Mapping) else options
+        for row in rows if isinstance(rows, list | tuple) else [rows]:
+            if not isinstance(row, Mapping):
+                text = f"`options` must be a dictionary or a list of them, got `{type(row).__name__}`"
+                raise ConfigError(text)
+            weeds_of(row, 1)
+        if len(rows) != self.num_envs:
+            text = f"`options` must be one for each of {self.num_envs} environments, got {len(rows)}"
+            raise ConfigError(text)
+        super().set_options([dict(row) for row in rows])
+
     def reset(self) -> Observations:
         """Begins an episode in every environment, with the seeds and options set since the last reset.
 
@@ -133,18 +172,18 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
             One row an environment.
 
         Raises:
-            ConfigError: If a seed or an option cannot be used; nothing has changed then.
+            ConfigError: If weeds cannot be placed; nothing has changed then, but that the options are gone.
             ClosedError: After `close`.
         """
         batch, seeds = self._core, list(self._seeds)
         weeds = [next(iter(weeds_of(options, 1)), None) for options in self._options]
+        self._reset_options()
         first_seed = None
         if not batch.has_begun and None in seeds:
-            first_seed = int(np.random.default_rng().integers(_SEEDS))
+            first_seed = drawn_seed(np.random.default_rng())
         observations: Observations = batch.reset(seeds, None, weeds, first_seed)[0]
         self._write_reset_infos(range(self.num_envs))
         self._reset_seeds()
-        self._reset_options()
         return observations
 
     def step_async(self, actions: npt.ArrayLike) -> None:

@@ -13,6 +13,7 @@ from gymnasium.vector.utils import batch_space
 
 from swath import _native
 from swath.errors import ClosedError, ConfigError, RenderModeError
+from swath.seeds import drawn_seed
 from swath.spaces import action_space, observation_space
 
 if TYPE_CHECKING:
@@ -29,9 +30,6 @@ Observations: TypeAlias = "npt.NDArray[np.generic] | dict[str, npt.NDArray[np.ge
 
 Flags: TypeAlias = "npt.NDArray[np.bool_]"
 Infos: TypeAlias = "dict[str, object]"
-
-# Unseeded environments draw their seeds below this.
-_SEEDS = 1 << 63
 
 _MOST_ENVS = 1_000_000
 
@@ -60,8 +58,9 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
     - `num_envs`: from 1 to 1,000,000.
     - `scenario` and its blocks, `render_mode`: as those of `MowerRoutingEnv`.
     - `autoreset_mode`: a member of `gymnasium.vector.AutoresetMode` or its value (`NextStep`, `SameStep`, `Disabled`).
-    - `num_threads`: most threads that a step may use (default 1: the caller's own). Results never depend on it. Fewer
-      than 64 environments are not worth a thread (than 4 where observations hold maps), so that few are never shared.
+    - `num_threads`: most threads that a step may use (default 1: the caller's own), from 1 to 1024; more than the
+      system can start are refused. Results never depend on it. Fewer than 64 environments are not worth a thread (than
+      4 where observations hold maps), so that few are never shared.
     - `copy`: whether every step returns fresh arrays (default). With False the observations of all steps are the same
       arrays, each step overwriting the one before; rewards, flags and infos are always fresh.
 
@@ -156,7 +155,7 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
         base, seeds = _seeds(seed, self.num_envs)
         first_seed = None
         if not batch.has_begun and None in seeds:
-            first_seed = int(self.np_random.integers(_SEEDS))
+            first_seed = drawn_seed(self.np_random)
         result = batch.reset(seeds, mask, weeds, first_seed)
         if base is not None:
             super().reset(seed=base)
@@ -264,10 +263,12 @@ def weeds_of(options: Mapping[str, object] | None, num_envs: int, *, others: Seq
 
 
 def _is_table(entry: object) -> bool:
-    """Tells an array of weeds, or none, from a weed."""
+    """Tells an array of weeds, an empty one, or none, from a weed."""
     if entry is None or isinstance(entry, np.ndarray):
-        return entry is None or entry.ndim == 2
-    return isinstance(entry, list | tuple) and any(isinstance(weed, list | tuple | np.ndarray) for weed in entry)
+        return entry is None or entry.ndim == 2 or entry.size == 0
+    return isinstance(entry, list | tuple) and (
+        not entry or any(isinstance(weed, list | tuple | np.ndarray) for weed in entry)
+    )
 
 
 def _mode(mode: AutoresetMode | str) -> AutoresetMode:

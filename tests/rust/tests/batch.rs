@@ -29,7 +29,7 @@ fn short_scenario() -> Scenario {
 }
 
 fn batch(scenario: &ValidScenario, rows: usize, autoreset: Autoreset, threads: usize) -> BatchEnv {
-    BatchEnv::new(scenario, BatchOptions { rows, autoreset, threads })
+    BatchEnv::new(scenario, BatchOptions { rows, autoreset, threads }).unwrap()
 }
 
 /// Steering that differs between rows and steps and sometimes has to be clipped.

@@ -17,7 +17,8 @@ from swath.cli.stop import Stopped
 from swath.errors import ConfigError
 from swath.evaluation.table import print_whole
 from swath.progress import Progress
-from swath.throughput import ENV_ID, Run, Tape, drive, record, replay_env, replay_vec
+from swath.registration import ENV_ID
+from swath.throughput import Run, Tape, drive, record, replay_env, replay_vec
 
 __all__ = ["bench"]
 

@@ -17,7 +17,9 @@ def record(
     agent: Annotated[str, typer.Option(help="A scripted agent, random, or the .zip of a trained model.")],
     episodes: Annotated[int, typer.Option(help="Number of episodes.")] = 100,
     seed: Annotated[int, typer.Option(help="Seed of episode 0; episode i has the seed plus i.")] = 0,
-    scenario: Annotated[str, typer.Option(help="A file or a shipped scenario.")] = "pasture",
+    scenario: Annotated[
+        str | None, typer.Option(help="A file or a shipped scenario.", show_default="the trained model's, or pasture")
+    ] = None,
     observation: Annotated[
         str | None, typer.Option(help="Observation kind instead of the scenario's.", show_default="the scenario's")
     ] = None,

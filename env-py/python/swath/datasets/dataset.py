@@ -14,13 +14,15 @@ import gymnasium as gym
 import numpy as np
 
 from swath import _native
-from swath.datasets.drivers import driver_of
+from swath.datasets.drivers import driver_of, scenario_of
 from swath.datasets.episodes import Recorded, play
 from swath.errors import ConfigError
 from swath.evaluation.study import whole
 from swath.extras import need
 from swath.files import check_folder
 from swath.progress import Progress
+from swath.registration import ENV_ID
+from swath.seeds import LARGEST_SEED
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -29,13 +31,10 @@ if TYPE_CHECKING:
 
 __all__ = ["record"]
 
-ENV_ID = "swath/MowerRouting-v0"
-
 _ROOT = "MINARI_DATASETS_PATH"
 """The variable that tells Minari where its datasets are."""
 
 _MOST_EPISODES = 1 << 32
-_LARGEST_SEED = (1 << 64) - 1
 _BATCH = 16
 """Number of episodes that are played together, and held in memory."""
 
@@ -45,7 +44,7 @@ def record(
     *,
     episodes: int = 100,
     seed: int = 0,
-    scenario: ScenarioSource = "pasture",
+    scenario: ScenarioSource = None,
     dataset_id: str | None = None,
     root: str | os.PathLike[str] | None = None,
     num_threads: int = 1,
@@ -69,7 +68,8 @@ def record(
         agent: A scripted agent with or without options, `random`, or the `.zip` of a trained model.
         episodes: Number of episodes, at least 1.
         seed: Seed of episode 0.
-        scenario: A shipped name, a file, a dictionary, a `Scenario`, or None for the defaults.
+        scenario: A shipped name, a file, a dictionary or a `Scenario`. None: what a model was trained on; for other
+            agents `pasture`.
         dataset_id: Name in Minari, `namespace/name-v0`; None: `swath/AGENT-v0`.
         root: Folder of Minari's datasets; None: Minari's own.
         num_threads: Threads that step the environments; they change no result.
@@ -86,9 +86,9 @@ def record(
     need("recording", "data", "minari", "h5py", "PIL")
     from minari.dataset.minari_dataset import parse_dataset_id
 
-    resolved = _native.Scenario(scenario, **blocks)
+    resolved = _native.Scenario(scenario_of(agent) if scenario is None else scenario, **blocks)
     episodes = whole("episodes", episodes, least=1, most=_MOST_EPISODES)
-    seed = whole("seed", seed, least=0, most=_LARGEST_SEED - (episodes - 1))
+    seed = whole("seed", seed, least=0, most=LARGEST_SEED - (episodes - 1))
     driver, label = driver_of(agent, resolved)
     name = dataset_id if dataset_id is not None else f"swath/{label.replace(':', '-').replace('=', '-')}-v0"
     try:

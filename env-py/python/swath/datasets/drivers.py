@@ -11,6 +11,7 @@ import numpy as np
 from swath import _native
 from swath.errors import ConfigError
 from swath.spaces import action_space
+from swath.training.card import Card
 from swath.training.config import refuse_endless
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
+    from swath.scenario import ScenarioSource
     from swath.training.policy import Player
     from swath.vector import Observations
 
@@ -25,7 +27,9 @@ if TYPE_CHECKING:
     Actions: TypeAlias = npt.NDArray[np.float32] | npt.NDArray[np.int64]
     Decisions: TypeAlias = tuple[Actions, Sequence[str | None]]
 
-__all__ = ["RANDOM", "Driver", "PlayerDriver", "ScriptedDriver", "driver_of"]
+__all__ = ["RANDOM", "Driver", "PlayerDriver", "ScriptedDriver", "driver_of", "scenario_of"]
+
+_MODEL = ".zip"
 
 RANDOM = "random"
 """Name of the driver that draws its actions uniformly, among the allowed ones where there is a mask."""
@@ -90,6 +94,18 @@ class PlayerDriver:
         return self._player.predict(observations, masks), [None] * len(live)  # type: ignore[arg-type] # as the space says
 
 
+def scenario_of(agent: str) -> ScenarioSource:
+    """Returns what an agent drives on unless somebody says otherwise: a trained model on what it was trained on.
+
+    Args:
+        agent: As for `driver_of`.
+
+    Raises:
+        ConfigError: If there is no such model.
+    """
+    return Card.read(Path(agent)).scenario if agent.endswith(_MODEL) else "pasture"
+
+
 def driver_of(agent: str, scenario: _native.Scenario) -> tuple[Driver, str]:
     """Returns a driver and its label.
 
@@ -106,7 +122,7 @@ def driver_of(agent: str, scenario: _native.Scenario) -> tuple[Driver, str]:
 
         refuse_endless("episode.budget", scenario)
         return PlayerDriver(RandomPlayer(action_space(batch.action_spec))), RANDOM
-    if agent.endswith(".zip"):
+    if agent.endswith(_MODEL):
         from swath.training.policy import load_policy
 
         policy = load_policy(agent)

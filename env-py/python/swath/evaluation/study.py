@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from swath import _native
 from swath.errors import ConfigError
 from swath.plain import plain
+from swath.seeds import LARGEST_SEED
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Cell", "Sources", "Study", "whole"]
 
-_LARGEST_SEED = (1 << 64) - 1
 _MOST_INSTANCES = 1 << 32
 
 
@@ -80,7 +80,7 @@ class Study:
             agents=tuple(_native.AgentSpec(text.strip()) for text in texts),
             cells=_cells(sources, only),
             instances=instances,
-            seed=whole("seed", seed, least=0, most=_LARGEST_SEED - (instances - 1)),
+            seed=whole("seed", seed, least=0, most=LARGEST_SEED - (instances - 1)),
             only=only,
             files=dict(_files(sources, only)),
         )

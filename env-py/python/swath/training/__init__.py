@@ -2,7 +2,7 @@
 
 | module | what it is |
 |---|---|
-| `config`, `keys`, `seeds` | what a training file says, checked once |
+| `config`, `keys` | what a training file says, checked once |
 | `algorithms`, `networks`, `candidate_policy` | what is trained, and by which parameters |
 | `environments`, `generators`, `checkpoint` | what a training's state consists of, and the state on disk |
 | `folder`, `callback`, `run` | the training itself |

@@ -53,7 +53,7 @@ def algorithm_class(name: str) -> type[BaseAlgorithm]:
     Raises:
         ModuleNotFoundError: If its package is not installed; the message names the extra.
     """
-    need("training", "train", "stable_baselines3", "tensorboard")
+    need("training", "train", "stable_baselines3", "torch", "tensorboard")
     if name == "maskable-ppo":
         need("`maskable-ppo`", "train", "sb3_contrib")
     module, chosen = _CLASSES[name]

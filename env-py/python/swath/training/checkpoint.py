@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import pickle
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from swath.errors import ConfigError
+from swath.errors import ConfigError, SnapshotError
 from swath.training import environments
 from swath.training.algorithms import algorithm_class
 from swath.training.card import Card, versions, write_model
@@ -107,10 +108,12 @@ class Checkpoints:
 
         Raises:
             ConfigError: If its model is not the one that was written, or was written by other versions than run now.
+            SnapshotError: If another file of it is damaged; the message names the file.
         """
         card = Card.read(checkpoint / _MODEL)
         _check_versions(card)
-        state = pickle.loads((checkpoint / _STATE).read_bytes())
+        with _reading(checkpoint / _STATE):
+            state = pickle.loads((checkpoint / _STATE).read_bytes())
         # They must have begun before they can take over another state.
         venv.seed(self.config.seed)
         venv.reset()
@@ -122,9 +125,23 @@ class Checkpoints:
         device = self.config.hyperparameters.get("device", "cpu")
         model = algorithm_class(self.config.algorithm).load(card.path, env=venv, device=device, force_reset=False)
         if (checkpoint / _REPLAY).exists():
-            model.load_replay_buffer(checkpoint / _REPLAY)
-        _put_back(state, model)
-        return model, state["wall_s"]
+            with _reading(checkpoint / _REPLAY), (checkpoint / _REPLAY).open("rb") as file:
+                model.load_replay_buffer(file)
+        with _reading(checkpoint / _STATE):
+            _put_back(state, model)
+            wall_s = float(state["wall_s"])
+        return model, wall_s
+
+
+@contextmanager
+def _reading(file: Path) -> Iterator[None]:
+    """Turns whatever is raised while a file is read into one line: of damaged bytes, `pickle` may raise anything."""
+    try:
+        yield
+    except Exception as error:
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        text = f"cannot go on from {file} ({reason}): remove the folder {file.parent}, and the training begins anew"
+        raise SnapshotError(text) from error
 
 
 def _buffer_bytes(buffer: object) -> int:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from swath import _native
 from swath.errors import ConfigError
+from swath.seeds import HELD_OUT_FROM, LARGEST_SEED
 from swath.training import keys
-from swath.training.seeds import HELD_OUT_FROM, LARGEST_SEED
 from swath.vector import MOST_THREADS
 
 if TYPE_CHECKING:

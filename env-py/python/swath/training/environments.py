@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from gymnasium import spaces
 
 from swath.errors import ConfigError
+from swath.registration import ENV_ID
 from swath.training.algorithms import normalize_arguments
 
 if TYPE_CHECKING:
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
     from swath.training.config import TrainingConfig
 
 __all__ = ["make_training_venv", "make_venv", "restore", "snapshots"]
-
-ENV_ID = "swath/MowerRouting-v0"
 
 
 def make_venv(scenario: Scenario, num_envs: int, num_threads: int = 1) -> VecEnv:

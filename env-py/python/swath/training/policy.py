@@ -168,7 +168,7 @@ def load_policy(path: str | os.PathLike[str], *, deterministic: bool = True) -> 
 
     Raises:
         ConfigError: If a file is missing or has another hash.
-        ModuleNotFoundError: If stable-baselines3 or sb3-contrib is not installed; the message names the extra.
+        ModuleNotFoundError: If stable-baselines3, sb3-contrib or PyTorch is not installed; the message names the extra.
     """
     path = Path(path)
     path = path / "model.zip" if path.is_dir() else path

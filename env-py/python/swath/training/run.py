@@ -55,6 +55,7 @@ def train(
     Raises:
         ConfigError: If the configuration cannot be used, or the folder holds another training, or one that other
             versions of swath or of the packages have begun; nothing has been written then.
+        SnapshotError: If the last checkpoint is damaged; nothing has been written then.
         ModuleNotFoundError: If a package is missing; the message names the extra.
     """
     config = config if isinstance(config, TrainingConfig) else TrainingConfig.read(config)
