@@ -86,7 +86,7 @@ impl Belief {
         }
     }
 
-    /// Notes new weeds, in the order of their numbers, and the ground seen.
+    /// Notes new weeds, in the order of the percept, and the ground seen.
     pub fn absorb_percept(&mut self, percept: &Percept, weeds: &Weeds) {
         self.ground.absorb(percept.seen);
         for &weed in percept.detected {

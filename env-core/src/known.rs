@@ -14,7 +14,8 @@ pub(crate) use window::Window;
 /// A weed that was detected and not yet mowed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KnownWeed {
-    /// Order of detection, from 0. It says nothing about weeds that were not detected.
+    /// Order of detection, from 0; weeds of one look are sorted by where they stand, x first. It says nothing about weeds that
+    /// were not detected, nor about the order in which weeds were drawn.
     pub number: u32,
     /// World frame, metres.
     pub position: Point,

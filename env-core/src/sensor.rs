@@ -19,7 +19,7 @@ pub struct Sensor {
 /// What one look showed: weeds for the first time, and ground that was unseen when the piece began.
 #[derive(Debug)]
 pub struct Percept<'a> {
-    /// Numbers of weeds, ascending.
+    /// Numbers of weeds, sorted by where they stand.
     pub detected: &'a [u32],
     /// Cells whose centre was seen.
     pub seen: &'a [Cell],

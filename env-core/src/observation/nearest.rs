@@ -138,6 +138,7 @@ impl NearestWeeds {
     /// Forgets all weeds remembered.
     fn forget_all(&mut self) {
         self.listed.clear();
+        self.ranks.clear();
         self.others.clear();
     }
 

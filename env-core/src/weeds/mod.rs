@@ -154,7 +154,7 @@ impl Weeds {
         ground: &SeenGround,
         ahead: &mut Ahead<T>,
     ) {
-        let Self { grid, index, .. } = self;
+        let Self { grid, index, positions, .. } = self;
         ahead.clear();
         let Ahead { weeds: found, cells } = ahead;
         // Weeds and ground are looked up in one go, since the same cells are touched.
@@ -176,7 +176,14 @@ impl Weeds {
                 }
             });
         });
-        found.sort_unstable_by_key(|&(weed, _)| weed);
+        // By place, since the order in which weeds were drawn is nobody's business. Coordinates are positive: their bits are
+        // sorted as they are.
+        if found.len() > 1 {
+            found.sort_unstable_by_key(|&(weed, _)| {
+                let at = positions[weed as usize];
+                (at.x.to_bits(), at.y.to_bits(), weed)
+            });
+        }
     }
 
     /// Takes note that these standing weeds were mowed.

@@ -446,7 +446,7 @@ fn the_nearest_weeds_come_first_and_the_search_last() {
     let mut env = pasture(&[[6.0, 1.0], [3.0, 1.5], [11.0, 3.0]], |_| ());
     let rows = env.candidates().rows().to_vec();
     let purposes: Vec<Option<Purpose>> = rows.iter().map(|row| row.map(|c| c.purpose)).collect();
-    let [first, second, third] = [1, 0, 2].map(|number| Some(Purpose::Weed(number)));
+    let [first, second, third] = [0, 1, 2].map(|number| Some(Purpose::Weed(number)));
     assert_eq!(rows.len(), 16);
     assert_eq!(purposes[..4], [first, second, third, None]);
     assert_eq!(

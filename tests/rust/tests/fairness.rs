@@ -153,6 +153,18 @@ proptest! {
         prop_assert_eq!(sights(&scene), sights(&moved));
     }
 
+    /// Weeds are drawn cluster by cluster, so the order would tell which belong together.
+    #[test]
+    fn the_order_in_which_weeds_were_drawn_changes_nothing_that_is_seen(
+        (scene, weeds) in scenes().prop_flat_map(|scene| {
+            let weeds = Just(scene.weeds.clone()).prop_shuffle();
+            (Just(scene), weeds)
+        }),
+    ) {
+        let shuffled = Scene { weeds, ..scene.clone() };
+        prop_assert_eq!(sights(&scene), sights(&shuffled));
+    }
+
     /// The seed says where weeds stand, so it must not be seen either.
     #[test]
     fn the_seed_changes_nothing_that_is_seen(

@@ -83,9 +83,11 @@ proptest! {
         prop_assume!(!fates.iter().any(Fate::is_close_call));
         let mut detected: Vec<usize> =
             (0..fates.len()).filter(|&number| fates[number].is_detected()).collect();
-        detected.sort_by(|&a, &b| f64::total_cmp(
-            &fates[a].shown_m.unwrap(), &fates[b].shown_m.unwrap(),
-        ));
+        // Weeds of one look are sorted by where they stand.
+        let order = |weed: usize| {
+            (fates[weed].shown_m.unwrap(), scene.weeds[weed].x, scene.weeds[weed].y)
+        };
+        detected.sort_by(|&a, &b| order(a).partial_cmp(&order(b)).unwrap());
         let expected: Vec<(u32, Point)> = (0..)
             .zip(&detected)
             .filter(|&(_, &weed)| fates[weed].swept_m.is_none())
