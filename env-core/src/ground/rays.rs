@@ -34,7 +34,8 @@ const fn steps(columns: usize) -> [Steps; 4] {
 ///
 /// A ray walks from cell to cell (Amanatides & Woo, 1987, "A Fast Voxel Traversal Algorithm for Ray Tracing"), and over a
 /// tile without cells of the set at once. Pairs are of x and y, in cells unless they say metres; which axis comes next is
-/// worked out without a branch, since no processor could foresee it.
+/// worked out without a branch, since no processor could foresee it. Nor could it foresee the last tile of a ray: how many
+/// there are is counted beforehand, so that it need not wait for the walk to find out.
 pub(super) struct Rays<'a> {
     words: &'a [u64],
     tiles: (usize, usize),
@@ -113,6 +114,7 @@ impl<'a> Rays<'a> {
         let border_m = ray.leaves_m(self.to_middle, self.half * f64x2::splat(1.0 - HAIR));
         ray.end_m = smaller(least(border_m), self.cap_m);
         ray.tile_m = ray.leaves_m(self.tile.1, f64x2::splat(HALF_TILE));
+        ray.tiles_ahead = ray.tiles_after(self.tile.1);
         ray
     }
 
@@ -120,6 +122,7 @@ impl<'a> Rays<'a> {
     #[inline]
     fn range_m(&self, ray: &Ray) -> f64 {
         let (mut at_m, mut index, mut borders_m) = (0.0, self.tile.0, ray.tile_m);
+        let mut tiles_ahead = ray.tiles_ahead;
         if !self.is_inside {
             let enters_m = ray.leaves_m(self.to_middle, -self.half);
             at_m = -least(-enters_m);
@@ -132,19 +135,23 @@ impl<'a> Rays<'a> {
             // Rounding may put the entry behind a border of the tile.
             borders_m = ray.leaves_m(to_middle, f64x2::splat(HALF_TILE));
             borders_m = borders_m.fast_max(f64x2::splat(at_m));
+            tiles_ahead = ray.tiles_after(to_middle);
         }
         let steps = &self.tile_steps[ray.quadrant];
         let tile_m = ray.cell_m * f64x2::splat(TILE as f64);
         while let Some(&word) = self.words.get(index) {
+            // Rounding may count a tile that begins at the end of the ray.
             if word != 0
+                && (at_m < ray.end_m || index == self.tile.0)
                 && let Some(hit_m) = ray.first_hit(word, at_m, borders_m)
             {
                 return hit_m;
             }
-            let (border_m, crossed) = cross(&mut borders_m, tile_m);
-            if border_m >= ray.end_m {
+            if tiles_ahead <= 0 {
                 break;
             }
+            tiles_ahead -= 1;
+            let (border_m, crossed) = cross(&mut borders_m, tile_m);
             at_m = border_m;
             index = index.wrapping_add(steps[crossed]);
         }
@@ -195,6 +202,8 @@ struct Ray {
     tile_m: f64x2,
     /// Way to where it leaves the pasture, at most the cap.
     end_m: f64,
+    /// How many tiles it enters after the one nearest to the origin.
+    tiles_ahead: i32,
 }
 
 impl Ray {
@@ -202,6 +211,17 @@ impl Ray {
     #[inline]
     fn leaves_m(&self, to_middle: f64x2, half: f64x2) -> f64x2 {
         ((to_middle ^ self.signs) + half) * self.cell_m
+    }
+
+    /// How many tiles the ray enters before its end, after one whose middle is so far from the origin.
+    #[inline]
+    #[expect(clippy::cast_possible_truncation, reason = "the lowest bits are wanted")]
+    fn tiles_after(&self, to_middle: f64x2) -> i32 {
+        // The lowest bits of a sum with this are the nearest whole number of tiles.
+        const PARTS_OF_TILES: f64 = NO_FRACTION * TILE as f64;
+        let beyond_middle = f64x2::splat(self.end_m) * self.speed - (to_middle ^ self.signs);
+        let [x, y] = (beyond_middle + f64x2::splat(PARTS_OF_TILES)).to_array().map(f64::to_bits);
+        x.wrapping_add(y) as i32
     }
 
     /// The way to the first cell of a tile that the ray meets, if it meets one. It enters the tile after `at_m` metres, and
