@@ -98,8 +98,9 @@ impl StepMut<'_> {
         }
     }
 
-    /// The first `rows` rows, and the others.
-    pub(super) fn split_at(self, rows: usize, sizes: Sizes, choices: usize) -> (Self, Self) {
+    /// The first `rows` rows, and the others; an observation has these sizes and an action mask so many places.
+    #[must_use]
+    pub fn split_at(self, rows: usize, sizes: Sizes, choices: usize) -> (Self, Self) {
         let (observation, more_observations) = self.observation.split_at(rows, sizes);
         let (reward, more_rewards) = self.reward.split_at_mut(rows);
         let (terminated, more_terminated) = self.terminated.split_at_mut(rows);

@@ -1,0 +1,111 @@
+//! Numbers as little-endian bytes, and back.
+
+use crate::fault::Fault;
+
+/// A number with a fixed width on the wire.
+pub trait Number: Copy {
+    /// Bytes of one.
+    const BYTES: usize;
+    /// Adds its bytes.
+    fn put(self, bytes: &mut Vec<u8>);
+    /// Reads it from as many bytes; `None` if they stand for none.
+    fn get(bytes: &[u8]) -> Option<Self>;
+}
+
+macro_rules! numbers {
+    ($($number:ty),*) => { $(
+        impl Number for $number {
+            const BYTES: usize = size_of::<$number>();
+            fn put(self, bytes: &mut Vec<u8>) {
+                bytes.extend_from_slice(&self.to_le_bytes());
+            }
+            fn get(bytes: &[u8]) -> Option<Self> {
+                Some(Self::from_le_bytes(bytes.try_into().ok()?))
+            }
+        }
+    )* };
+}
+
+numbers!(u8, i8, u32, i64, u64, f32, f64);
+
+impl Number for bool {
+    const BYTES: usize = 1;
+    fn put(self, bytes: &mut Vec<u8>) {
+        bytes.push(u8::from(self));
+    }
+    fn get(bytes: &[u8]) -> Option<Self> {
+        match bytes {
+            [0] => Some(false),
+            [1] => Some(true),
+            _ => None,
+        }
+    }
+}
+
+/// The bytes of numbers.
+pub fn bytes_of<T: Number>(numbers: impl IntoIterator<Item = T>) -> Vec<u8> {
+    let numbers = numbers.into_iter();
+    let mut bytes = Vec::with_capacity(numbers.size_hint().0 * T::BYTES);
+    numbers.for_each(|number| number.put(&mut bytes));
+    bytes
+}
+
+/// Reads numbers into a table that they have to fill.
+///
+/// # Errors
+///
+/// [`Fault::Malformed`] if there are more or fewer, or a bool is neither 0 nor 1.
+pub fn read_into<T: Number>(bytes: &[u8], table: &mut [T]) -> Result<(), Fault> {
+    let is_full = bytes.len() == table.len() * T::BYTES;
+    for (number, bytes) in table.iter_mut().zip(bytes.chunks_exact(T::BYTES)) {
+        *number = T::get(bytes).ok_or(Fault::Malformed { offset: 0 })?;
+    }
+    if is_full { Ok(()) } else { Err(Fault::Malformed { offset: 0 }) }
+}
+
+/// Reads as many numbers as there are.
+///
+/// # Errors
+///
+/// [`Fault::Malformed`] if bytes are left over, or a bool is neither 0 nor 1.
+pub fn read<T: Number>(bytes: &[u8]) -> Result<Vec<T>, Fault> {
+    if !bytes.len().is_multiple_of(T::BYTES) {
+        return Err(Fault::Malformed { offset: 0 });
+    }
+    bytes
+        .chunks_exact(T::BYTES)
+        .map(|bytes| T::get(bytes).ok_or(Fault::Malformed { offset: 0 }))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_come_back_to_the_bit() {
+        let numbers = [f64::NAN, -0.0, 1e-320, f64::INFINITY];
+        let back: Vec<f64> = read(&bytes_of(numbers)).unwrap();
+        assert_eq!(back.map_bits(), numbers.to_vec().map_bits());
+        assert_eq!(read::<bool>(&bytes_of([true, false])), Ok(vec![true, false]));
+    }
+
+    trait MapBits {
+        fn map_bits(&self) -> Vec<u64>;
+    }
+
+    impl MapBits for Vec<f64> {
+        fn map_bits(&self) -> Vec<u64> {
+            self.iter().map(|number| number.to_bits()).collect()
+        }
+    }
+
+    #[test]
+    fn tables_that_do_not_fit_are_refused() {
+        let fault = Err(Fault::Malformed { offset: 0 });
+        assert_eq!(read_into(&[0; 7], &mut [0_u32; 2]), fault);
+        assert_eq!(read_into(&[0; 12], &mut [0_u32; 2]), fault);
+        assert_eq!(read_into(&[2], &mut [false]), fault);
+        assert_eq!(read::<u64>(&[0; 9]).map(|_| ()), fault);
+    }
+}

@@ -1,0 +1,243 @@
+//! A batch that is stepped by messages brings the same bytes as one in the same process.
+
+#![cfg(test)] // for helpers, too, an unwrap is a failing test
+
+use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchOptions, Last};
+use swath_core::config::{ActionKind, ObservationKind, Scenario};
+use swath_core::env::Beginning;
+use swath_tests::columns::Columns;
+use swath_wire::codec;
+use swath_wire::fault::Fault;
+use swath_wire::header::{Header, Kind, Verb};
+use swath_wire::hosted::{ENV_ID, Hosted, state_hash};
+use swath_wire::message::{
+    AutoresetMode, Limits, Open, Reset, ResetReply, Restore, Seeds, Snapshot, SnapshotReply, Step,
+    StepReply,
+};
+use swath_wire::numbers::bytes_of;
+use swath_wire::received::{EndedMut, InfoMut, read_reset, read_step};
+
+const ROWS: usize = 5;
+
+/// A pasture on which episodes last some ten steps and end in different ways.
+fn scenario(action: ActionKind, observation: ObservationKind) -> Scenario {
+    let mut scenario = Scenario::default();
+    scenario.pasture.headland_m = 2.0;
+    scenario.episode.budget = 0.003;
+    scenario.episode.control_period_s = 1.0;
+    scenario.action.kind = action;
+    scenario.observation.kind = observation;
+    scenario
+}
+
+fn open(scenario: &Scenario, autoreset: AutoresetMode) -> Open<'static> {
+    Open {
+        nonce: 1,
+        env_id: ENV_ID.to_owned(),
+        config: scenario.clone().check().unwrap().to_toml(),
+        num_envs: u32::try_from(ROWS).unwrap(),
+        autoreset,
+        hash_every: 1,
+        snapshot: None,
+        client: "test".to_owned(),
+    }
+}
+
+fn request(verb: Verb) -> Header {
+    Header { boot_id: 3, sid: 4, seq: 5, kind: Kind::Request(verb) }
+}
+
+/// Sends a request through its bytes, and returns those of the reply.
+fn ask(hosted: &mut Hosted, verb: Verb, payload: &impl bincode::Encode) -> Result<Vec<u8>, Fault> {
+    let message = codec::write(&request(verb), payload).unwrap();
+    let (header, payload) = Header::read(&message).unwrap();
+    let reply = hosted.answer(&header, payload)?;
+    let (header, payload) = Header::read(&reply).unwrap();
+    assert_eq!(header, Header { kind: Kind::Reply(verb), ..request(verb) });
+    Ok(payload.to_vec())
+}
+
+fn info(columns: &mut Columns) -> InfoMut<'_> {
+    let out = columns.as_mut();
+    InfoMut {
+        weed: out.weed,
+        path: out.path,
+        failure: out.failure,
+        is_clipped: out.is_clipped,
+        distance_m: out.distance_m,
+        action_mask: out.action_mask,
+    }
+}
+
+fn follow(
+    action: ActionKind,
+    observation: ObservationKind,
+    local: Autoreset,
+    remote: AutoresetMode,
+) {
+    let scenario = scenario(action, observation);
+    let options = BatchOptions { rows: ROWS, autoreset: local, threads: 1 };
+    let mut batch = BatchEnv::new(&scenario.clone().check().unwrap(), options).unwrap();
+    let mut hosted = Hosted::open(&open(&scenario, remote), &Limits::default(), 1).unwrap();
+    batch.reset(9);
+    let reset = Reset { seeds: Seeds::One(9), mask: &[], weeds: Vec::new() };
+    let reply = ask(&mut hosted, Verb::Reset, &reset).unwrap();
+    let mut expected = Columns::of(&batch);
+    batch.observe(expected.observation.as_mut());
+    let mut received = Columns::of(&batch);
+    let mut observation = received.observation.clone();
+    let reply: ResetReply = codec::read(&reply).unwrap();
+    read_reset(&reply, observation.as_mut(), info(&mut received)).unwrap();
+    assert_eq!(observation, expected.observation);
+    assert_eq!(reply.state_hash, Some(state_hash(&batch)));
+
+    let mut ended = 0;
+    let mut last: Vec<Option<Last>> = vec![None; ROWS];
+    let mut last_observation = batch.last_observation().clone();
+    for step in 0..40 {
+        let steering: Vec<f32> =
+            (0..ROWS).map(|row| 1.1 * ((step * 31) as f32 + (row * 17) as f32).sin()).collect();
+        let choices: Vec<i64> = (0..).take(ROWS).map(|row: i64| (7 * step + row) % 5).collect();
+        let (actions, table) = if action == ActionKind::Steer {
+            (Actions::Continuous(&steering), bytes_of(steering.iter().copied()))
+        } else {
+            (Actions::Discrete(&choices), bytes_of(choices.iter().copied()))
+        };
+        let mut expected = Columns::of(&batch);
+        let count = batch.step(actions, expected.as_mut()).unwrap();
+        let reply = ask(&mut hosted, Verb::Step, &Step { actions: vec![&table] }).unwrap();
+        let reply: StepReply = codec::read(&reply).unwrap();
+        let mut received = Columns::of(&batch);
+        // The way is told where actions are decisions, and nowhere else.
+        let is_way_told = batch.mask_width() > 0;
+        if !is_way_told {
+            expected.distance_m.fill(0.0);
+        }
+        let mut masks = vec![false; ROWS * batch.mask_width()];
+        let out =
+            EndedMut { last: &mut last, observation: last_observation.as_mut(), mask: &mut masks };
+        assert_eq!(read_step(&reply, received.as_mut(), out), Ok(count));
+        assert_eq!(format!("{received:?}"), format!("{expected:?}"), "step {step}");
+        assert_eq!(reply.state_hash, Some(state_hash(&batch)));
+        for row in (0..ROWS).filter(|&row| expected.has_ended(row)) {
+            let distance_m = if is_way_told { batch.last(row).unwrap().distance_m } else { 0.0 };
+            assert_eq!(last[row], batch.last(row).map(|&last| Last { distance_m, ..last }));
+            let width = batch.mask_width();
+            if local == Autoreset::SameStep {
+                assert_eq!(
+                    masks[row * width..(row + 1) * width],
+                    batch.last_masks()[row * width..(row + 1) * width]
+                );
+            }
+        }
+        assert_eq!(&last_observation, batch.last_observation());
+        ended += count;
+        if local == Autoreset::Disabled {
+            let mask: Vec<bool> = (0..ROWS).map(|row| expected.has_ended(row)).collect();
+            if count > 0 {
+                let table = bytes_of(mask.iter().copied());
+                let reset = Reset { seeds: Seeds::None, mask: &table, weeds: Vec::new() };
+                ask(&mut hosted, Verb::Reset, &reset).unwrap();
+            }
+            for row in (0..ROWS).filter(|&row| mask[row]) {
+                batch.reset_row(row, None, Beginning::default());
+            }
+        }
+    }
+    assert!(ended > ROWS, "{ended} episodes ended");
+    let reply = ask(&mut hosted, Verb::Snapshot, &Snapshot { env: None }).unwrap();
+    assert_eq!(codec::read::<SnapshotReply>(&reply).unwrap().data, batch.snapshot());
+}
+
+#[test]
+fn a_batch_at_the_other_end_goes_the_same_way_to_the_bit() {
+    for (local, remote) in [
+        (Autoreset::NextStep, AutoresetMode::NextStep),
+        (Autoreset::SameStep, AutoresetMode::SameStep),
+        (Autoreset::Disabled, AutoresetMode::Disabled),
+    ] {
+        for (action, observation) in [
+            (ActionKind::Steer, ObservationKind::Features),
+            (ActionKind::Steer, ObservationKind::Dict),
+            (ActionKind::Discrete, ObservationKind::Maps),
+            (ActionKind::Target, ObservationKind::Candidates),
+        ] {
+            follow(action, observation, local, remote);
+        }
+    }
+}
+
+fn hosted() -> Hosted {
+    let scenario = scenario(ActionKind::Steer, ObservationKind::Features);
+    Hosted::open(&open(&scenario, AutoresetMode::NextStep), &Limits::default(), 1).unwrap()
+}
+
+/// The text of the fault that an open is answered with.
+fn refused(change: impl FnOnce(&mut Open)) -> String {
+    let mut open =
+        open(&scenario(ActionKind::Steer, ObservationKind::Features), AutoresetMode::NextStep);
+    change(&mut open);
+    Hosted::open(&open, &Limits::default(), 1).unwrap_err().to_string()
+}
+
+#[test]
+fn what_cannot_be_opened_is_refused_by_name() {
+    assert_eq!(
+        refused(|open| open.env_id = "swath/Ploughing-v0".to_owned()),
+        "`env_id` must be swath/MowerRouting-v0, got swath/Ploughing-v0"
+    );
+    assert_eq!(refused(|open| open.num_envs = 0), "`num_envs` must be at least 1, got 0");
+    assert_eq!(
+        refused(|open| open.num_envs = 20_000),
+        "20000 bytes are more than the limit of 16384"
+    );
+    assert_eq!(
+        refused(|open| open.config = "[mower]\ndeck_width_m = 0.0".to_owned()),
+        "`mower.deck_width_m` must be finite and > 0, got 0"
+    );
+    assert_eq!(
+        refused(|open| open.config = "[weeds]\nfile = '/etc/passwd'".to_owned()),
+        "`weeds.file` must be sent as `weeds.positions_m`, got \"/etc/passwd\""
+    );
+    assert!(refused(|open| open.snapshot = Some(b"none")).starts_with("`snapshot` must be"));
+}
+
+#[test]
+fn a_refused_request_leaves_every_environment_as_it_was() {
+    let mut hosted = hosted();
+    let steer = |number: f32| bytes_of(vec![number; ROWS]);
+    let step = ask(&mut hosted, Verb::Step, &Step { actions: vec![&steer(0.0)] });
+    assert!(matches!(step, Err(Fault::NotReset { env: 0, .. })), "{step:?}");
+    let reset = Reset { seeds: Seeds::One(3), mask: &[], weeds: Vec::new() };
+    ask(&mut hosted, Verb::Reset, &reset).unwrap();
+    let state = |hosted: &mut Hosted| ask(hosted, Verb::Snapshot, &Snapshot { env: None }).unwrap();
+    let before = state(&mut hosted);
+    let nan = steer(f32::NAN);
+    for (verb, fault) in [
+        (
+            ask(&mut hosted, Verb::Step, &Step { actions: vec![&nan] }),
+            "row 0: `action[0]` must be finite",
+        ),
+        (ask(&mut hosted, Verb::Step, &Step { actions: vec![&nan[4..]] }), "must have 5 number(s)"),
+        (ask(&mut hosted, Verb::Step, &Step { actions: vec![&nan[1..]] }), "not a request"),
+        (ask(&mut hosted, Verb::Step, &Step { actions: Vec::new() }), "not a request"),
+        (ask(&mut hosted, Verb::Reset, &Reset { mask: &[1, 0], ..reset.clone() }), "not a request"),
+        (
+            ask(&mut hosted, Verb::Restore, &Restore { env: Some(7), data: b"" }),
+            "`row` must be from 0 to 4, got 7",
+        ),
+        (
+            ask(&mut hosted, Verb::Restore, &Restore { env: None, data: b"x" }),
+            "`snapshot` must be the bytes",
+        ),
+    ] {
+        let text = verb.unwrap_err().to_string();
+        assert!(text.contains(fault), "{text}");
+        assert_eq!(state(&mut hosted), before);
+    }
+    let far = bytes_of([1e6, 0.0]);
+    let reset = Reset { weeds: vec![Some(&far)], ..reset };
+    let text = ask(&mut hosted, Verb::Reset, &reset).unwrap_err().to_string();
+    assert_eq!(text, "`weeds[0]` must stand on the pasture, got [1000000, 0]");
+    assert_eq!(state(&mut hosted), before);
+}
