@@ -1,36 +1,28 @@
 //! Many environments in Python's hands.
 
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1};
+use numpy::{PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyList};
+use pyo3::types::{PyBytes, PyDict};
 use swath_core::action::ActionSpec;
-use swath_core::batch::{Autoreset, BatchEnv, BatchOptions, StepMut};
+use swath_core::batch::{Autoreset, BatchEnv, BatchOptions};
 use swath_core::config::ConfigError;
 use swath_core::env::{Beginning, Env};
 use swath_core::geometry::Point;
-use swath_core::observation::ObservationMut;
 
 use crate::action::ActionBuffer;
 use crate::errors::Error;
-use crate::flat_infos::FlatInfos;
-use crate::infos::{Columns, Put, final_infos, infos, put_summaries, table};
-use crate::observations::ObservationArrays;
+use crate::face::{Ends, Face, FlatStep, Step};
+use crate::infos::table;
 use crate::scenario::Scenario;
 use crate::seed::Seed;
 use crate::spec::{self, ActionForm, PartTuple};
-use crate::summary::write_summary;
 use crate::weeds::points_from;
 
 /// Fewer rows are stepped without letting other Python threads run meanwhile: it would take as long as the step.
 const ROWS_TO_DETACH: usize = 32;
 
-type Flags<'py> = Bound<'py, PyArray1<bool>>;
 type Reset<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
-type Step<'py> =
-    (Bound<'py, PyAny>, Bound<'py, PyArray1<f64>>, Flags<'py>, Flags<'py>, Bound<'py, PyDict>);
-type FlatStep<'py> =
-    (Bound<'py, PyAny>, Bound<'py, PyArray1<f32>>, Flags<'py>, Bound<'py, PyList>, Vec<usize>);
 type NewArguments<'py> = ((Py<Scenario>, usize, &'static str, usize), Bound<'py, PyDict>);
 type Stored<'py> = (Bound<'py, PyBytes>, Vec<f64>, Vec<u64>);
 
@@ -40,31 +32,8 @@ pub(crate) struct Batch {
     core: BatchEnv,
     scenario: Py<Scenario>,
     options: BatchOptions,
-    /// The arrays to write observations into, where the same ones are handed out again and again.
-    kept: Option<ObservationArrays>,
-    is_copied: bool,
     actions: ActionBuffer,
-    table: StepTable,
-    /// Sum of the rewards and number of the steps of each row's present episode, for `step_flat`.
-    returns: Vec<f64>,
-    lengths: Vec<u64>,
-    flat_infos: FlatInfos,
-}
-
-/// The columns of a step.
-struct StepTable {
-    reward: Vec<f64>,
-    terminated: Vec<bool>,
-    truncated: Vec<bool>,
-    weed: Vec<f64>,
-    path: Vec<f64>,
-    failure: Vec<f64>,
-    is_clipped: Vec<bool>,
-    distance_m: Vec<f64>,
-    /// Row by row; empty but for the action kind `target`.
-    action_mask: Vec<bool>,
-    /// Every row.
-    all: Vec<bool>,
+    face: Face,
 }
 
 #[pymethods]
@@ -89,18 +58,13 @@ impl Batch {
         };
         let options = BatchOptions { rows: num_envs, autoreset, threads: num_threads };
         let core = BatchEnv::new(&scenario.get().scenario, options)?;
-        let table = StepTable::new(num_envs, core.mask_width());
+        let face = Face::new(core.observation_spec(), num_envs, autoreset, core.mask_width(), copy);
         Ok(Self {
             core,
             scenario: scenario.unbind(),
             options,
-            kept: None,
-            is_copied: copy,
             actions: ActionBuffer::default(),
-            table,
-            returns: vec![0.0; num_envs],
-            lengths: vec![0; num_envs],
-            flat_infos: FlatInfos::default(),
+            face,
         })
     }
 
@@ -134,10 +98,12 @@ impl Batch {
         weeds: Vec<Option<Bound<'py, PyAny>>>,
         first_seed: Option<u64>,
     ) -> Result<Reset<'py>, Error> {
-        let mask = mask.map_or_else(|| self.table.all.clone(), |mask| mask.as_array().to_vec());
+        let mask =
+            mask.map_or_else(|| vec![true; self.options.rows], |mask| mask.as_array().to_vec());
         let seeds = self.seeds(seeds, &mask, first_seed)?;
         let weeds = self.weeds(weeds)?;
-        let (observation, ()) = self.write(py, |core, _, observation| {
+        let Self { core, face, .. } = self;
+        let (observation, ()) = face.write(py, |_, observation| {
             py.detach(|| {
                 for row in (0..mask.len()).filter(|&row| mask[row]) {
                     let given = weeds.get(row).or(weeds.first()).and_then(Option::as_deref);
@@ -147,20 +113,11 @@ impl Batch {
             });
             Ok(())
         })?;
-        for row in (0..mask.len()).filter(|&row| mask[row]) {
-            (self.returns[row], self.lengths[row]) = (0.0, 0);
-        }
-        self.table.clear();
+        let table = self.face.begin(&mask);
         if self.core.mask_width() > 0 {
-            self.core.action_masks(&mut self.table.action_mask);
-            let choices = self.core.mask_width();
-            for (of_row, &is_begun) in self.table.action_mask.chunks_exact_mut(choices).zip(&mask) {
-                if !is_begun {
-                    of_row.fill(false);
-                }
-            }
+            self.core.action_masks(&mut table.action_mask);
         }
-        Ok((observation, infos(py, self.table.columns(), &mask)?))
+        Ok((observation, self.face.begun_infos(py, &mask)?))
     }
 
     /// One step of every row, as Gymnasium wants it.
@@ -170,15 +127,7 @@ impl Batch {
         actions: &Bound<'py, PyAny>,
     ) -> Result<Step<'py>, Error> {
         let (observation, ended) = self.advance(py, actions)?;
-        let table = &self.table;
-        let infos = infos(py, table.columns(), &table.all)?;
-        if ended > 0 {
-            self.put_last(&infos)?;
-        }
-        let reward = PyArray1::from_slice(py, &table.reward);
-        let terminated = PyArray1::from_slice(py, &table.terminated);
-        let truncated = PyArray1::from_slice(py, &table.truncated);
-        Ok((observation, reward, terminated, truncated, infos))
+        self.face.step(py, observation, ended, &ends(&self.core))
     }
 
     /// One step of every row, as stable-baselines3 wants it, and the rows whose episode ended; `elapsed_s` is the time that
@@ -190,27 +139,7 @@ impl Batch {
         elapsed_s: f64,
     ) -> Result<FlatStep<'py>, Error> {
         let (observation, ended) = self.advance(py, actions)?;
-        let table = &self.table;
-        for (row, &reward) in table.reward.iter().enumerate() {
-            self.returns[row] += reward;
-            self.lengths[row] += 1;
-        }
-        let infos = self.flat_infos.list(py, &table.truncated)?;
-        let is_done = table.ended();
-        let mut ended_rows = Vec::new();
-        if ended > 0 {
-            ended_rows.extend((0..is_done.len()).filter(|&row| is_done[row]));
-        }
-        for &row in &ended_rows {
-            let info = infos.get_item(row)?.cast_into().map_err(PyErr::from)?;
-            self.write_last(row, &info, elapsed_s)?;
-            (self.returns[row], self.lengths[row]) = (0.0, 0);
-        }
-        #[expect(clippy::cast_possible_truncation, reason = "stable-baselines3 keeps float32")]
-        let reward: Vec<f32> = self.table.reward.iter().map(|&reward| reward as f32).collect();
-        let reward = PyArray1::from_slice(py, &reward);
-        let is_done = PyArray1::from_slice(py, &is_done);
-        Ok((observation, reward, is_done, infos, ended_rows))
+        self.face.step_flat(py, observation, ended, &ends(&self.core), elapsed_s)
     }
 
     /// Which choices of the action are open, (rows, choices); an `AttributeError` where actions are no choices.
@@ -252,11 +181,10 @@ impl Batch {
         if let Some(row) = row {
             self.check_row(row)?;
             py.detach(|| self.core.restore_row(row, snapshot))?;
-            (self.returns[row], self.lengths[row]) = (0.0, 0);
+            self.face.forget(row);
         } else {
             py.detach(|| self.core.restore(snapshot))?;
-            self.returns.fill(0.0);
-            self.lengths.fill(0);
+            (0..self.options.rows).for_each(|row| self.face.forget(row));
         }
         Ok(())
     }
@@ -269,12 +197,13 @@ impl Batch {
             Autoreset::Disabled => "Disabled",
         };
         let keywords = PyDict::new(py);
-        keywords.set_item("copy", self.is_copied)?;
+        keywords.set_item("copy", self.face.is_copied())?;
         Ok(((self.scenario(py), rows, autoreset, threads), keywords))
     }
 
     fn __getstate__<'py>(&self, py: Python<'py>) -> Result<Stored<'py>, Error> {
-        Ok((self.snapshot(py, None)?, self.returns.clone(), self.lengths.clone()))
+        let (returns, lengths) = self.face.sums();
+        Ok((self.snapshot(py, None)?, returns, lengths))
     }
 
     fn __setstate__(
@@ -284,7 +213,7 @@ impl Batch {
     ) -> Result<(), Error> {
         let (snapshot, returns, lengths) = state;
         self.restore(py, &snapshot, None)?;
-        (self.returns, self.lengths) = (returns, lengths);
+        self.face.set_sums(returns, lengths);
         Ok(())
     }
 }
@@ -302,85 +231,17 @@ impl Batch {
         actions: &Bound<'py, PyAny>,
     ) -> Result<(Bound<'py, PyAny>, usize), Error> {
         let rows = self.options.rows;
-        let mut buffer = std::mem::take(&mut self.actions);
-        let spec = self.core.decoder().spec();
-        let result = buffer.read(actions, spec, rows).and_then(|actions| {
-            self.write(py, |core, table, observation| {
-                let out = table.out(observation);
-                let ended = if rows < ROWS_TO_DETACH {
-                    core.step(actions, out)
-                } else {
-                    py.detach(|| core.step(actions, out))
-                };
-                Ok(ended?)
-            })
-        });
-        self.actions = buffer;
-        result
-    }
-
-    /// Has observations written, to fresh arrays or the kept ones.
-    fn write<'py, R>(
-        &mut self,
-        py: Python<'py>,
-        write: impl FnOnce(&mut BatchEnv, &mut StepTable, ObservationMut) -> Result<R, Error>,
-    ) -> Result<(Bound<'py, PyAny>, R), Error> {
-        let rows = self.options.rows;
-        let arrays = match self.kept.take() {
-            Some(arrays) => arrays,
-            None => ObservationArrays::empty(py, self.core.observation_spec(), rows)?,
-        };
-        let Self { core, table, .. } = self;
-        let result = arrays.write(py, |observation| write(core, table, observation));
-        let object = arrays.object(py, self.core.observation_spec())?;
-        if !self.is_copied {
-            self.kept = Some(arrays);
-        }
-        Ok((object, result?))
-    }
-
-    /// Adds what only the last info of an episode says, of the rows that ended with this step.
-    fn put_last(&self, infos: &Bound<PyDict>) -> PyResult<()> {
-        let py = infos.py();
-        let mask = &self.table.ended();
-        let last = |(row, &has_ended)| if has_ended { self.core.last(row) } else { None };
-        let ended: Vec<_> = mask.iter().enumerate().map(last).collect();
-        if self.options.autoreset != Autoreset::SameStep {
-            return put_summaries(infos, mask, &ended);
-        }
-        let (spec, observation) = (self.core.observation_spec(), self.core.last_observation());
-        let final_obs = |(row, &has_ended): (usize, &bool)| {
-            if !has_ended {
-                return Ok(py.None());
-            }
-            spec::observation(py, spec, observation, row).map(Bound::unbind)
-        };
-        let final_obs: Vec<_> = mask.iter().enumerate().map(final_obs).collect::<PyResult<_>>()?;
-        let put = Put { dict: infos, mask };
-        put.named("final_obs", &final_obs)?;
-        put.dict("final_info", &final_infos(py, mask, &ended, self.core.last_masks())?)
-    }
-
-    /// The last info of an episode for stable-baselines3.
-    fn write_last(&self, row: usize, info: &Bound<PyDict>, elapsed_s: f64) -> PyResult<()> {
-        let py = info.py();
-        let last = self.core.last(row).expect("the row's episode has just ended");
-        let observation =
-            spec::observation(py, self.core.observation_spec(), self.core.last_observation(), row)?;
-        info.set_item("terminal_observation", observation)?;
-        crate::env::write_info(info, &last.terms, last.is_clipped)?;
-        let choices = self.core.mask_width();
-        if choices > 0 {
-            let mask = &self.core.last_masks()[row * choices..(row + 1) * choices];
-            info.set_item("elapsed_m", last.distance_m)?;
-            info.set_item("action_mask", PyArray1::from_slice(py, mask))?;
-        }
-        write_summary(info, &last.summary, last.outcome)?;
-        let episode = PyDict::new(py);
-        episode.set_item("r", self.returns[row])?;
-        episode.set_item("l", self.lengths[row])?;
-        episode.set_item("t", elapsed_s)?;
-        info.set_item("episode", episode)
+        let Self { core, actions: buffer, face, .. } = self;
+        let actions = buffer.read(actions, core.decoder().spec(), rows)?;
+        face.write(py, |table, observation| {
+            let out = table.out(observation);
+            let ended = if rows < ROWS_TO_DETACH {
+                core.step(actions, out)
+            } else {
+                py.detach(|| core.step(actions, out))
+            };
+            Ok(ended?)
+        })
     }
 
     /// The seed of every row that is to begin, once they all are known to be usable.
@@ -432,53 +293,11 @@ impl Batch {
     }
 }
 
-impl StepTable {
-    fn new(rows: usize, choices: usize) -> Self {
-        let (zeros, flags) = (vec![0.0; rows], vec![false; rows]);
-        Self {
-            reward: zeros.clone(),
-            terminated: flags.clone(),
-            truncated: flags.clone(),
-            weed: zeros.clone(),
-            path: zeros.clone(),
-            failure: zeros.clone(),
-            is_clipped: flags,
-            distance_m: zeros,
-            action_mask: vec![false; rows * choices],
-            all: vec![true; rows],
-        }
-    }
-
-    /// Nothing has happened in any row.
-    fn clear(&mut self) {
-        let rows = self.all.len();
-        *self = Self::new(rows, self.action_mask.len() / rows);
-    }
-
-    /// The columns, and `observation`, to be written by a step.
-    fn out<'a>(&'a mut self, observation: ObservationMut<'a>) -> StepMut<'a> {
-        StepMut {
-            observation,
-            reward: &mut self.reward,
-            terminated: &mut self.terminated,
-            truncated: &mut self.truncated,
-            weed: &mut self.weed,
-            path: &mut self.path,
-            failure: &mut self.failure,
-            is_clipped: &mut self.is_clipped,
-            distance_m: &mut self.distance_m,
-            action_mask: &mut self.action_mask,
-        }
-    }
-
-    fn columns(&self) -> Columns<'_> {
-        let Self { weed, path, failure, is_clipped, distance_m, action_mask, .. } = self;
-        let decision = (!action_mask.is_empty()).then_some((&distance_m[..], &action_mask[..]));
-        Columns { weed, path, failure, is_clipped, decision }
-    }
-
-    /// Which rows ended with the latest step.
-    fn ended(&self) -> Vec<bool> {
-        self.terminated.iter().zip(&self.truncated).map(|(a, b)| a | b).collect()
+/// How the latest episodes of a batch ended.
+fn ends(core: &BatchEnv) -> Ends<'_> {
+    Ends {
+        last: Box::new(|row| core.last(row)),
+        observation: core.last_observation(),
+        masks: core.last_masks(),
     }
 }

@@ -7,7 +7,7 @@
 //! |---|---|
 //! | `errors` | one tree of errors, with the text of the Rust errors |
 //! | `table`, `seed`, `weeds`, `summary` | conversions between Python and the core |
-//! | `spec`, `action`, `observations`, `infos`, `flat_infos` | what observations and actions look like, and arrays of many of them |
+//! | `spec`, `action`, `observations`, `infos`, `flat_infos`, `face` | what observations and actions look like, and arrays of many of them |
 //! | `source`, `scenario` | what a caller names as a scenario, and the checked scenario |
 //! | `env`, `batch` | one environment, and many |
 //! | `agent`, `crew` | agents that act in one or in many |
@@ -26,6 +26,7 @@ mod action;
 mod observations;
 mod infos;
 mod flat_infos;
+mod face;
 mod scenario;
 mod env;
 mod batch;
