@@ -1,0 +1,713 @@
+//! The server's end of all sessions: who may ask for what, and what is answered.
+//!
+//! Queries, finished jobs and signs of life go in; jobs to be done and replies to be sent come out. A request of a session
+//! that changes something has the next number of that session, and its reply is kept until the one after: a request that
+//! arrives again is not carried out again but answered again. Times are milliseconds since the server started.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fmt;
+use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+
+use crate::codec;
+use crate::fault::{Fault, Loss};
+use crate::header::{Header, Kind, MAJOR, MINOR, Verb};
+use crate::message::{
+    CloseReply, EnvInfo, Limits, Open, Reset, Restore, SessionStats, Snapshot, SpecReply,
+    StatsReply, Step,
+};
+
+/// How long it is remembered that a session has ended, milliseconds.
+pub const TOMBSTONE_MS: u64 = 120_000;
+/// How long a client is told to wait where a session has a request already, milliseconds.
+const BUSY_MS: u64 = 10;
+
+/// A query of the transport: what a reply is sent to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct QueryId(pub u64);
+
+/// A job for a worker.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct JobId(pub u64);
+
+/// What a server is.
+#[derive(Debug, Clone)]
+pub struct ServerOptions {
+    /// Its name, part of its keys.
+    pub server: String,
+    /// Its version of swath.
+    pub build: String,
+    /// Drawn when it started.
+    pub boot_id: u128,
+    /// How much it takes on.
+    pub limits: Limits,
+    /// Whether clients may have the state as bytes, in which weeds stand that nobody has seen.
+    pub allow_snapshot: bool,
+    /// What it simulates.
+    pub envs: Vec<EnvInfo>,
+    /// Most bytes of the replies that are kept for all sessions together.
+    pub max_cached_bytes: u64,
+}
+
+/// What the server has to do next.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ServerOutput {
+    /// A job for a worker; [`ServerSessions::on_finished`] is told of its end. A session has one job at a time.
+    Start(Job),
+    /// A reply to be sent.
+    Reply {
+        /// What it answers.
+        query: QueryId,
+        /// All of its bytes.
+        message: Arc<[u8]>,
+    },
+    /// A query that is not answered: its client has sent the request again, or may do so later.
+    Drop(QueryId),
+    /// The environments of this session are not needed any more; none of its jobs runs.
+    Free {
+        /// The session.
+        sid: u128,
+    },
+}
+
+/// A request for the environments of a session.
+///
+/// For `open`, they are built and kept under `sid`, and the reply has the job's header. An open that ends in a fault leaves
+/// nothing behind.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Job {
+    /// Its number.
+    pub id: JobId,
+    /// The session.
+    pub sid: u128,
+    /// The name of the session's lease.
+    pub lid: u128,
+    /// What is asked, with the numbers that the reply has to bear.
+    pub header: Header,
+    /// All bytes of the request.
+    pub message: Arc<[u8]>,
+}
+
+/// What a job brought.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Finished {
+    /// All bytes of the reply.
+    pub message: Vec<u8>,
+    /// Environment steps of the session so far.
+    pub steps: u64,
+    /// Of an open: the longest reply that the session can have, bytes.
+    pub max_reply: u32,
+}
+
+/// All sessions of a server.
+pub struct ServerSessions {
+    options: ServerOptions,
+    ids: Box<dyn FnMut() -> u128 + Send>,
+    // A sid is looked up as it is: what the time of a look-up among few keys tells of 128 random bits drowns in the noise
+    // of a network's round trip.
+    sessions: BTreeMap<u128, Session>,
+    sid_of_lease: BTreeMap<u128, u128>,
+    sid_of_nonce: BTreeMap<u128, u128>,
+    tombstones: BTreeMap<u128, Tombstone>,
+    /// Tombstones from the oldest to the newest.
+    ended: VecDeque<(u64, u128)>,
+    jobs: BTreeMap<JobId, u128>,
+    last_job: u64,
+    answers: Answers,
+    opened: u64,
+    lost: u64,
+    steps: u64,
+    is_shutting_down: bool,
+}
+
+/// A session from its open to its end.
+#[derive(Debug)]
+struct Session {
+    nonce: u128,
+    lid: u128,
+    client: String,
+    envs: u32,
+    open: Digest32,
+    /// The reply to its open; none as long as it is opened.
+    opened: Option<Arc<[u8]>>,
+    opened_ms: u64,
+    max_reply: u32,
+    steps: u64,
+    /// When it was last asked for something, or last answered.
+    active_ms: u64,
+    has_lease: bool,
+    lease_lost_ms: u64,
+    /// The number of the last numbered request that was carried out.
+    seq: u64,
+    last: Option<(Digest32, Arc<[u8]>)>,
+    run: Option<Run>,
+    /// A close that waits for the run to end.
+    closing: Option<Asked>,
+    /// Why its environments are gone.
+    fault: Option<Fault>,
+}
+
+/// A request that is being carried out.
+#[derive(Debug)]
+struct Run {
+    verb: Verb,
+    request: Digest32,
+    /// The newest query that asked for it.
+    asked: Asked,
+}
+
+/// What is left of a session.
+#[derive(Debug)]
+struct Tombstone {
+    nonce: u128,
+    loss: Loss,
+    steps: u64,
+}
+
+/// A request that has arrived.
+#[derive(Debug, Clone, Copy)]
+struct Asked {
+    query: QueryId,
+    header: Header,
+    at_ms: u64,
+}
+
+/// SHA-256 of a request's kind and payload: two requests of one number are the same if theirs is.
+type Digest32 = [u8; 32];
+
+/// What goes out, and how it is counted.
+#[derive(Debug, Default)]
+struct Answers {
+    outputs: VecDeque<ServerOutput>,
+    requests: u64,
+    faults: u64,
+    latency_us: Vec<u64>,
+}
+
+impl Answers {
+    fn reply(&mut self, now_ms: u64, asked: &Asked, message: Arc<[u8]>) {
+        // By a clock of milliseconds, a request took less than one more than it seems.
+        let most_us = (now_ms.saturating_sub(asked.at_ms) + 1).saturating_mul(1000);
+        let place = (u64::BITS - (most_us - 1).leading_zeros()) as usize;
+        if self.latency_us.len() <= place {
+            self.latency_us.resize(place + 1, 0);
+        }
+        self.latency_us[place] += 1;
+        self.requests += 1;
+        self.outputs.push_back(ServerOutput::Reply { query: asked.query, message });
+    }
+
+    fn fault(&mut self, now_ms: u64, asked: &Asked, fault: &Fault) {
+        self.faults += 1;
+        self.reply(now_ms, asked, codec::write_fault(&asked.header, fault).into());
+    }
+
+    /// The newest query is the one whose client still waits.
+    fn replace(&mut self, older: &mut Asked, newer: Asked) {
+        let older = std::mem::replace(older, newer);
+        self.outputs.push_back(ServerOutput::Drop(older.query));
+    }
+}
+
+impl ServerSessions {
+    /// A server without sessions. `ids` draws the names of sessions and leases: 128 bits that nobody can guess.
+    #[must_use]
+    pub fn new(options: ServerOptions, ids: Box<dyn FnMut() -> u128 + Send>) -> Self {
+        Self {
+            options,
+            ids,
+            sessions: BTreeMap::new(),
+            sid_of_lease: BTreeMap::new(),
+            sid_of_nonce: BTreeMap::new(),
+            tombstones: BTreeMap::new(),
+            ended: VecDeque::new(),
+            jobs: BTreeMap::new(),
+            last_job: 0,
+            answers: Answers::default(),
+            opened: 0,
+            lost: 0,
+            steps: 0,
+            is_shutting_down: false,
+        }
+    }
+
+    /// A message that came to the key of `verb`. Each is answered or dropped, now or when its job has ended.
+    pub fn on_query(&mut self, now_ms: u64, query: QueryId, verb: Verb, message: &[u8]) {
+        self.expire(now_ms);
+        let nobody = Header { boot_id: 0, sid: 0, seq: 0, kind: Kind::Fault };
+        let mut asked = Asked { query, header: nobody, at_ms: now_ms };
+        let is_done = Header::read(message).map_err(Fault::from).and_then(|(header, payload)| {
+            asked.header = header;
+            self.check(verb, message, &header)?;
+            match verb {
+                Verb::Spec => self.tell_spec(asked, payload),
+                Verb::Stats => self.tell_stats(asked, payload),
+                Verb::Open => self.open(asked, message, payload),
+                Verb::Close => self.close(asked, payload),
+                Verb::Snapshot => self.snapshot(asked, message, payload),
+                Verb::Reset | Verb::Step | Verb::Restore => self.numbered(asked, message, payload),
+            }
+        });
+        if let Err(fault) = is_done {
+            self.answers.fault(now_ms, &asked, &fault);
+        }
+    }
+
+    /// A worker has done its job, or could not.
+    ///
+    /// A [`Fault::EnvFault`] says that the environments are lost; after any other fault they are as they were.
+    pub fn on_finished(&mut self, now_ms: u64, job: JobId, result: Result<Finished, Fault>) {
+        let Some(sid) = self.jobs.remove(&job) else { return };
+        let session = self.sessions.get_mut(&sid).expect("it does not end while a job runs");
+        let Run { verb, request, asked } = session.run.take().expect("it has this job");
+        session.active_ms = now_ms;
+        if let Ok(finished) = &result {
+            self.steps += finished.steps.saturating_sub(session.steps);
+            session.steps = finished.steps;
+        }
+        match result {
+            Ok(finished) if verb == Verb::Open => self.opened(now_ms, sid, &asked, finished),
+            Err(fault) if verb == Verb::Open => {
+                self.answers.fault(now_ms, &asked, &fault);
+                self.forget(sid);
+            }
+            Ok(finished) => {
+                let message: Arc<[u8]> = finished.message.into();
+                if verb.is_numbered() {
+                    session.seq += 1;
+                    session.last = Some((request, message.clone()));
+                }
+                self.answers.reply(now_ms, &asked, message);
+            }
+            Err(fault) => {
+                self.answers.fault(now_ms, &asked, &fault);
+                if matches!(fault, Fault::EnvFault { .. }) {
+                    (session.max_reply, session.last) = (0, None);
+                    session.fault = Some(fault);
+                    self.lost += 1;
+                    self.answers.outputs.push_back(ServerOutput::Free { sid });
+                }
+            }
+        }
+        let Some(session) = self.sessions.get_mut(&sid) else { return };
+        if let Some(close) = session.closing.take() {
+            self.end(now_ms, sid, Loss::Closed);
+            self.tell_closed(now_ms, &close);
+        } else if self.is_shutting_down {
+            self.abandon(sid);
+        }
+    }
+
+    /// The client's sign of life has appeared or is gone. Leases of unknown sessions are none of ours.
+    pub fn on_lease(&mut self, now_ms: u64, lid: u128, is_there: bool) {
+        self.expire(now_ms);
+        let session = self.sid_of_lease.get(&lid).and_then(|sid| self.sessions.get_mut(sid));
+        if let Some(session) = session {
+            session.has_lease = is_there;
+            session.lease_lost_ms = now_ms;
+        }
+    }
+
+    /// What is to be done now; to be called until there is nothing.
+    pub fn poll(&mut self, now_ms: u64) -> Option<ServerOutput> {
+        self.expire(now_ms);
+        self.answers.outputs.pop_front()
+    }
+
+    /// When [`Self::poll`] has to be called again at the latest, whatever happens until then.
+    #[must_use]
+    pub fn wake_ms(&self) -> Option<u64> {
+        let limits = &self.options.limits;
+        let ends = self.sessions.values().filter_map(|session| session.end_ms(limits));
+        let first_ended = self.ended.front().map(|&(at_ms, _)| at_ms + TOMBSTONE_MS);
+        ends.map(|(at_ms, _)| at_ms).chain(first_ended).min()
+    }
+
+    /// What the server does at present.
+    #[must_use]
+    pub fn stats(&self, now_ms: u64) -> StatsReply {
+        let open = |session: &Session| SessionStats {
+            lease: format!("{:032x}", session.lid)[..8].to_owned(),
+            client: session.client.clone(),
+            envs: session.envs,
+            steps: session.steps,
+            age_ms: now_ms.saturating_sub(session.opened_ms),
+            idle_ms: now_ms.saturating_sub(session.active_ms),
+        };
+        StatsReply {
+            uptime_ms: now_ms,
+            sessions: u32::try_from(self.sessions.len()).unwrap_or(u32::MAX),
+            envs: self.sessions.values().fold(0, |sum, session| sum.saturating_add(session.envs)),
+            opened: self.opened,
+            lost: self.lost,
+            requests: self.answers.requests,
+            faults: self.answers.faults,
+            steps: self.steps,
+            latency_us: self.answers.latency_us.clone(),
+            open: self.sessions.values().map(open).collect(),
+        }
+    }
+
+    /// Lets the sessions end: those without a job now, the others with their job. Opens are dropped from now on, so that a
+    /// client that goes on asking finds the server that comes after.
+    pub fn shut_down(&mut self, now_ms: u64) {
+        self.expire(now_ms);
+        self.is_shutting_down = true;
+        let is_idle = |(&sid, session): (&u128, &Session)| session.run.is_none().then_some(sid);
+        let idle: Vec<u128> = self.sessions.iter().filter_map(is_idle).collect();
+        for sid in idle {
+            self.abandon(sid);
+        }
+    }
+
+    /// What every message has to fulfil, in the order of the protocol.
+    fn check(&self, verb: Verb, message: &[u8], header: &Header) -> Result<(), Fault> {
+        let (size, limit) = (message.len() as u64, u64::from(self.options.limits.max_msg));
+        if size > limit {
+            return Err(Fault::TooLarge { size, limit });
+        }
+        if header.kind != Kind::Request(verb) {
+            return Err(Fault::Malformed { offset: 48 });
+        }
+        let boot_id = self.options.boot_id;
+        if verb.has_session() && header.boot_id != boot_id {
+            return Err(Fault::SessionLost { boot_id });
+        }
+        if !verb.has_session() {
+            let parts = [(8, header.boot_id), (24, header.sid), (40, header.seq.into())];
+            if let Some((offset, _)) = parts.into_iter().find(|&(_, part)| part != 0) {
+                return Err(Fault::Malformed { offset });
+            }
+        }
+        Ok(())
+    }
+
+    fn tell_spec(&mut self, asked: Asked, payload: &[u8]) -> Result<(), Fault> {
+        codec::read_empty(payload)?;
+        let options = &self.options;
+        let spec = SpecReply {
+            major_min: MAJOR,
+            major_max: MAJOR,
+            minor: MINOR,
+            server: options.server.clone(),
+            build: options.build.clone(),
+            envs: options.envs.clone(),
+            limits: options.limits,
+        };
+        let message = codec::write(&self.reply_of_server(Verb::Spec), &spec)?;
+        self.answers.reply(asked.at_ms, &asked, message.into());
+        Ok(())
+    }
+
+    fn tell_stats(&mut self, asked: Asked, payload: &[u8]) -> Result<(), Fault> {
+        codec::read_empty(payload)?;
+        let stats = self.stats(asked.at_ms);
+        let message = codec::write(&self.reply_of_server(Verb::Stats), &stats)?;
+        self.answers.reply(asked.at_ms, &asked, message.into());
+        Ok(())
+    }
+
+    fn reply_of_server(&self, verb: Verb) -> Header {
+        Header { boot_id: self.options.boot_id, sid: 0, seq: 0, kind: Kind::Reply(verb) }
+    }
+
+    /// A session for this nonce: the one that it has, or else a new one.
+    fn open(&mut self, asked: Asked, message: &[u8], payload: &[u8]) -> Result<(), Fault> {
+        let open: Open = codec::read(payload)?;
+        let request = digest(message);
+        if let Some(sid) = self.sid_of_nonce.get(&open.nonce) {
+            if let Some(tombstone) = self.tombstones.get(sid) {
+                return Err(no_session(tombstone.loss));
+            }
+            let session = self.sessions.get_mut(sid).expect("it is open if it has not ended");
+            if session.open != request {
+                return Err(Fault::SeqReuse { seq: 0 });
+            }
+            session.active_ms = asked.at_ms;
+            match (&session.opened, &mut session.run) {
+                (Some(reply), _) => self.answers.reply(asked.at_ms, &asked, reply.clone()),
+                (None, Some(run)) => self.answers.replace(&mut run.asked, asked),
+                (None, None) => unreachable!("it is opened by a job"),
+            }
+            return Ok(());
+        }
+        if self.is_shutting_down {
+            self.answers.outputs.push_back(ServerOutput::Drop(asked.query));
+            return Ok(());
+        }
+        let (used, most) = (self.sessions.len() as u64, self.options.limits.max_sessions.into());
+        if used >= most {
+            return Err(Fault::Capacity { used, most });
+        }
+        let (sid, lid) = ((self.ids)(), (self.ids)());
+        self.sid_of_nonce.insert(open.nonce, sid);
+        self.sid_of_lease.insert(lid, sid);
+        let session = Session {
+            nonce: open.nonce,
+            lid,
+            client: open.client,
+            envs: open.num_envs,
+            open: request,
+            opened: None,
+            opened_ms: asked.at_ms,
+            max_reply: 0,
+            steps: 0,
+            active_ms: asked.at_ms,
+            has_lease: false,
+            lease_lost_ms: asked.at_ms,
+            seq: 0,
+            last: None,
+            run: None,
+            closing: None,
+            fault: None,
+        };
+        self.sessions.insert(sid, session);
+        let header = Header { boot_id: self.options.boot_id, sid, seq: 0, kind: asked.header.kind };
+        self.start(sid, header, Run { verb: Verb::Open, request, asked }, message);
+        Ok(())
+    }
+
+    /// The environments of a session are there; it is kept if its replies can be kept.
+    fn opened(&mut self, now_ms: u64, sid: u128, asked: &Asked, finished: Finished) {
+        let (size, limit) = (u64::from(finished.max_reply), self.options.max_cached_bytes);
+        let used: u64 = self.sessions.values().map(|session| u64::from(session.max_reply)).sum();
+        let fault = if size > limit {
+            Some(Fault::TooLarge { size, limit })
+        } else if used + size > limit {
+            Some(Fault::Capacity { used, most: limit })
+        } else {
+            None
+        };
+        if let Some(fault) = fault {
+            self.answers.fault(now_ms, asked, &fault);
+            self.answers.outputs.push_back(ServerOutput::Free { sid });
+            self.forget(sid);
+            return;
+        }
+        let session = self.sessions.get_mut(&sid).expect("it is being opened");
+        let message: Arc<[u8]> = finished.message.into();
+        session.max_reply = finished.max_reply;
+        session.opened = Some(message.clone());
+        self.opened += 1;
+        self.answers.reply(now_ms, asked, message);
+    }
+
+    /// A request with the next number, or the last one again.
+    fn numbered(&mut self, asked: Asked, message: &[u8], payload: &[u8]) -> Result<(), Fault> {
+        let Asked { header, at_ms, .. } = asked;
+        let session = session_of(&mut self.sessions, &self.tombstones, &asked)?;
+        let request = digest(message);
+        let (seq, next) = (header.seq, session.seq + 1);
+        if let Some((last, reply)) = session.last.as_ref().filter(|_| seq == session.seq) {
+            let reply = reply.clone();
+            if *last != request {
+                return Err(Fault::SeqReuse { seq });
+            }
+            self.answers.reply(at_ms, &asked, reply);
+            return Ok(());
+        }
+        if seq != next {
+            return Err(Fault::BadSeq { expected: next });
+        }
+        if let Some(run) = &mut session.run {
+            if !run.verb.is_numbered() {
+                return Err(Fault::Busy { retry_ms: BUSY_MS });
+            }
+            if run.request != request {
+                return Err(Fault::SeqReuse { seq });
+            }
+            self.answers.replace(&mut run.asked, asked);
+            return Ok(());
+        }
+        let Kind::Request(verb) = header.kind else { unreachable!("it has been checked") };
+        match verb {
+            Verb::Reset => codec::read::<Reset>(payload).map(|_| ())?,
+            Verb::Restore => codec::read::<Restore>(payload).map(|_| ())?,
+            _ => codec::read::<Step>(payload).map(|_| ())?,
+        }
+        self.start(header.sid, header, Run { verb, request, asked }, message);
+        Ok(())
+    }
+
+    /// The state as bytes: nothing changes, so it bears the number of the last request and may be asked for again.
+    fn snapshot(&mut self, asked: Asked, message: &[u8], payload: &[u8]) -> Result<(), Fault> {
+        let header = asked.header;
+        let is_allowed = self.options.allow_snapshot;
+        let session = session_of(&mut self.sessions, &self.tombstones, &asked)?;
+        if !is_allowed {
+            let text = "this server sends no snapshots".to_owned();
+            return Err(Fault::NotAllowed { text });
+        }
+        if header.seq != session.seq {
+            return Err(Fault::BadSeq { expected: session.seq + 1 });
+        }
+        codec::read::<Snapshot>(payload)?;
+        let request = digest(message);
+        if let Some(run) = &mut session.run {
+            if run.verb != Verb::Snapshot || run.request != request {
+                return Err(Fault::Busy { retry_ms: BUSY_MS });
+            }
+            self.answers.replace(&mut run.asked, asked);
+            return Ok(());
+        }
+        self.start(header.sid, header, Run { verb: Verb::Snapshot, request, asked }, message);
+        Ok(())
+    }
+
+    /// The end of a session, once its job has ended; of an ended one, the same answer again.
+    fn close(&mut self, asked: Asked, payload: &[u8]) -> Result<(), Fault> {
+        codec::read_empty(payload)?;
+        let sid = asked.header.sid;
+        if let Some(session) = self.sessions.get_mut(&sid) {
+            session.active_ms = asked.at_ms;
+            if session.run.is_some() {
+                match &mut session.closing {
+                    Some(close) => self.answers.replace(close, asked),
+                    None => session.closing = Some(asked),
+                }
+                return Ok(());
+            }
+            self.end(asked.at_ms, sid, Loss::Closed);
+        }
+        match self.tombstones.get(&sid) {
+            Some(Tombstone { loss: Loss::Closed, .. }) => self.tell_closed(asked.at_ms, &asked),
+            Some(tombstone) => return Err(no_session(tombstone.loss)),
+            None => return Err(no_session(Loss::Unknown)),
+        }
+        Ok(())
+    }
+
+    fn tell_closed(&mut self, now_ms: u64, asked: &Asked) {
+        let header = Header { kind: Kind::Reply(Verb::Close), ..asked.header };
+        let steps = self.tombstones.get(&header.sid).map_or(0, |tombstone| tombstone.steps);
+        let message = codec::write(&header, &CloseReply { steps }).expect("it is short");
+        self.answers.reply(now_ms, asked, message.into());
+    }
+
+    fn start(&mut self, sid: u128, header: Header, run: Run, message: &[u8]) {
+        self.last_job += 1;
+        let id = JobId(self.last_job);
+        self.jobs.insert(id, sid);
+        let session = self.sessions.get_mut(&sid).expect("the job is its");
+        session.run = Some(run);
+        let job = Job { id, sid, lid: session.lid, header, message: message.into() };
+        self.answers.outputs.push_back(ServerOutput::Start(job));
+    }
+
+    /// Ends the sessions whose client is gone or silent, and forgets those that ended long ago.
+    fn expire(&mut self, now_ms: u64) {
+        let limits = self.options.limits;
+        let is_over = |(&sid, session): (&u128, &Session)| {
+            let (at_ms, loss) = session.end_ms(&limits)?;
+            (at_ms <= now_ms).then_some((sid, loss))
+        };
+        let over: Vec<(u128, Loss)> = self.sessions.iter().filter_map(is_over).collect();
+        for (sid, loss) in over {
+            self.end(now_ms, sid, loss);
+        }
+        while let Some(&(at_ms, sid)) = self.ended.front()
+            && at_ms + TOMBSTONE_MS <= now_ms
+        {
+            self.ended.pop_front();
+            self.forget(sid);
+        }
+    }
+
+    /// Ends a session without a job; that it was there is remembered for a while.
+    fn end(&mut self, now_ms: u64, sid: u128, loss: Loss) {
+        let session = self.sessions.remove(&sid).expect("it has not ended");
+        self.sid_of_lease.remove(&session.lid);
+        let loss = match loss {
+            Loss::Lease | Loss::Idle if session.fault.is_some() => Loss::Fault,
+            loss => loss,
+        };
+        if session.fault.is_none() {
+            self.lost += u64::from(loss != Loss::Closed);
+            self.answers.outputs.push_back(ServerOutput::Free { sid });
+        }
+        let tombstone = Tombstone { nonce: session.nonce, loss, steps: session.steps };
+        self.tombstones.insert(sid, tombstone);
+        self.ended.push_back((now_ms, sid));
+        if self.ended.len() > 4 * self.options.limits.max_sessions as usize {
+            let (_, oldest) = self.ended.pop_front().expect("there are many");
+            self.forget(oldest);
+        }
+    }
+
+    /// Ends a session without a job that nobody will ask about.
+    fn abandon(&mut self, sid: u128) {
+        if self.sessions.get(&sid).is_some_and(|session| session.fault.is_none()) {
+            self.lost += 1;
+            self.answers.outputs.push_back(ServerOutput::Free { sid });
+        }
+        self.forget(sid);
+    }
+
+    fn forget(&mut self, sid: u128) {
+        if let Some(session) = self.sessions.remove(&sid) {
+            self.sid_of_lease.remove(&session.lid);
+            self.sid_of_nonce.remove(&session.nonce);
+        }
+        if let Some(tombstone) = self.tombstones.remove(&sid) {
+            self.sid_of_nonce.remove(&tombstone.nonce);
+        }
+    }
+}
+
+impl fmt::Debug for ServerSessions {
+    // The names of sessions are secrets of their clients.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ServerSessions")
+            .field("server", &self.options.server)
+            .field("sessions", &self.sessions.len())
+            .finish_non_exhaustive()
+    }
+}
+
+impl Session {
+    /// When it ends if nobody asks for anything any more, and why; not as long as it has a job.
+    fn end_ms(&self, limits: &Limits) -> Option<(u64, Loss)> {
+        if self.run.is_some() {
+            return None;
+        }
+        let idle = (self.active_ms + u64::from(limits.idle_ms), Loss::Idle);
+        let alive_ms = self.active_ms.max(self.lease_lost_ms);
+        let lease = (alive_ms + u64::from(limits.grace_ms), Loss::Lease);
+        Some(if self.has_lease || idle.0 < lease.0 { idle } else { lease })
+    }
+}
+
+/// The session that a request is for, which is alive by that.
+fn session_of<'a>(
+    sessions: &'a mut BTreeMap<u128, Session>,
+    tombstones: &BTreeMap<u128, Tombstone>,
+    asked: &Asked,
+) -> Result<&'a mut Session, Fault> {
+    let sid = asked.header.sid;
+    let Some(session) = sessions.get_mut(&sid) else {
+        let loss = tombstones.get(&sid).map_or(Loss::Unknown, |tombstone| tombstone.loss);
+        return Err(no_session(loss));
+    };
+    session.active_ms = asked.at_ms;
+    match &session.fault {
+        Some(fault) => Err(fault.clone()),
+        None => Ok(session),
+    }
+}
+
+fn digest(message: &[u8]) -> Digest32 {
+    // From the kind on: the numbers before it are compared as numbers.
+    Sha256::digest(&message[48..]).into()
+}
+
+fn no_session(loss: Loss) -> Fault {
+    let text = match loss {
+        Loss::Unknown => "there is no such session",
+        Loss::Closed => "the session was closed",
+        Loss::Lease => "the session ended because its client was gone",
+        Loss::Idle => "the session ended because its client asked for nothing",
+        Loss::Fault => "the session ended because its environments failed",
+    };
+    Fault::NoSession { reason: loss as u64, text: text.to_owned() }
+}
