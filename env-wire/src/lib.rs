@@ -16,6 +16,7 @@
 //! | [`layout`] | which tables the messages of a batch hold |
 //! | [`hosted`] | the batch behind a session: requests in, replies out |
 //! | [`received`] | replies as the columns of a batch |
+//! | [`client`] | the client's end of one session |
 //! | [`server`] | the server's end of all sessions |
 //!
 //! The protocol is described for other implementations in `docs/protocol`.
@@ -29,4 +30,5 @@ pub mod codec;
 pub mod layout;
 pub mod hosted;
 pub mod received;
+pub mod client;
 pub mod server;
