@@ -113,7 +113,7 @@ pub struct ClientSession {
     call: Option<Call>,
     done: Option<Result<Vec<u8>, ClientError>>,
     /// A call that was not answered in time.
-    doubt: Option<Request>,
+    doubt: Option<Doubt>,
     answered: Option<Answered>,
     has_two_servers: bool,
     ignored: u64,
@@ -132,6 +132,13 @@ struct Request {
     verb: Verb,
     header: Header,
     message: Arc<[u8]>,
+}
+
+/// What was sent, and the call proper where that was to be settled before.
+#[derive(Debug, Clone)]
+struct Doubt {
+    request: Request,
+    after: Option<(Verb, Vec<u8>)>,
 }
 
 /// A call in flight.
@@ -236,15 +243,15 @@ impl ClientSession {
         self.call_empty(now_ms, Verb::Stats)
     }
 
-    /// Sends the call that was not answered in time again, the same bytes.
+    /// Goes on with the call that was not answered in time: the same bytes again.
     ///
     /// # Errors
     ///
     /// [`ClientError::Busy`] if a call is in flight, [`ClientError::NothingToRetry`] if every call was answered.
     pub fn retry(&mut self, now_ms: u64) -> Result<(), ClientError> {
         self.check_free()?;
-        let request = self.doubt.clone().ok_or(ClientError::NothingToRetry)?;
-        self.start(now_ms, request, None);
+        let Doubt { request, after } = self.doubt.clone().ok_or(ClientError::NothingToRetry)?;
+        self.start(now_ms, request, after);
         Ok(())
     }
 
@@ -395,7 +402,7 @@ impl ClientSession {
             let seq = self.seq + u64::from(verb.is_numbered());
             header = Header { boot_id, sid, seq, kind };
         }
-        let doubtful = self.doubt.as_ref().map(|request| request.verb).filter(|verb| {
+        let doubtful = self.doubt.as_ref().map(|doubt| doubt.request.verb).filter(|verb| {
             // Whether these were carried out makes no difference.
             !matches!(verb, Verb::Spec | Verb::Stats | Verb::Snapshot)
         });
@@ -406,7 +413,7 @@ impl ClientSession {
             (Verb::Spec | Verb::Stats | Verb::Close, _) | (_, None) => (),
             (Verb::Reset, Some(before)) if before.is_numbered() => {
                 let message = write(&header)?;
-                let request = self.doubt.clone().expect("it is in doubt");
+                let Doubt { request, .. } = self.doubt.clone().expect("it is in doubt");
                 self.start(now_ms, request, Some((verb, message)));
                 return Ok(());
             }
@@ -513,7 +520,7 @@ impl ClientSession {
         let call = self.call.take().expect("it has taken too long");
         // What asks about no session can be asked anew.
         if !matches!(call.request.verb, Verb::Spec | Verb::Stats) {
-            self.doubt = Some(call.request);
+            self.doubt = Some(Doubt { request: call.request, after: call.after });
         }
         ClientError::Timeout { waited_ms, attempts: call.attempts }
     }

@@ -6,6 +6,7 @@
 
 pub mod cases;
 pub mod columns;
+pub mod dice;
 pub mod oracle;
 pub mod scene;
 pub mod watch;
