@@ -1,0 +1,20 @@
+//! The Zenoh front of swath: environments that agents elsewhere open, reset and step.
+//!
+//! Zenoh's callbacks put queries into a bounded channel; one thread asks the state machine of `swath-wire` what is to be
+//! done; workers step environments. What may be asked when, and what is answered, is decided in `swath-wire` alone.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`options`] | what an operator may set, by file and by flag |
+//! | [`endpoint`] | where a server may listen |
+//! | [`clock`] | the time since the start |
+//! | [`worker`] | environments at work |
+//! | [`front`] | Zenoh's side: keys, queries, signs of life |
+//! | [`server`] | the thread between the two |
+
+pub mod options;
+pub mod endpoint;
+pub mod clock;
+pub mod worker;
+pub mod front;
+pub mod server;

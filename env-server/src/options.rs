@@ -1,0 +1,217 @@
+//! What an operator may set.
+
+use std::path::PathBuf;
+
+use clap::Parser;
+use serde::Deserialize;
+use swath_wire::message::Limits;
+
+/// Serves swath's environments over Zenoh.
+#[derive(Debug, Parser)]
+#[command(name = "swath-server", version)]
+pub struct Arguments {
+    /// Where to listen [default: tcp/127.0.0.1:7447]
+    #[arg(long, value_name = "ENDPOINT")]
+    pub listen: Option<String>,
+    /// The server's name, part of its keys: lower-case letters, digits and dashes [default: default]
+    #[arg(long)]
+    pub name: Option<String>,
+    /// A TOML file with the same settings, `max_sessions` for `--max-sessions`; flags count for more
+    #[arg(long, value_name = "FILE")]
+    pub config: Option<PathBuf>,
+    /// Threads that step environments [default: one a core]
+    #[arg(long, value_name = "N")]
+    pub workers: Option<usize>,
+    /// Most sessions at a time [default: 64]
+    #[arg(long, value_name = "N")]
+    pub max_sessions: Option<u32>,
+    /// Most environments of a session [default: 16384]
+    #[arg(long, value_name = "N")]
+    pub max_envs: Option<u32>,
+    /// Largest message, bytes [default: 67108864]
+    #[arg(long, value_name = "BYTES")]
+    pub max_msg: Option<u32>,
+    /// How long a session outlives its client, milliseconds [default: 30000]
+    #[arg(long, value_name = "MS")]
+    pub grace_ms: Option<u32>,
+    /// How long a session outlives its last request, milliseconds [default: 600000]
+    #[arg(long, value_name = "MS")]
+    pub idle_ms: Option<u32>,
+    /// Lets clients have the state as bytes, in which weeds stand that nobody has seen
+    #[arg(long)]
+    pub allow_snapshot: bool,
+    /// Listens where anybody may connect: there is no access control yet
+    #[arg(long)]
+    pub insecure: bool,
+}
+
+/// The settings of a file; what is not there is as by default.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+struct File {
+    listen: Option<String>,
+    name: Option<String>,
+    workers: Option<usize>,
+    max_sessions: Option<u32>,
+    max_envs: Option<u32>,
+    max_msg: Option<u32>,
+    grace_ms: Option<u32>,
+    idle_ms: Option<u32>,
+    allow_snapshot: bool,
+    insecure: bool,
+}
+
+/// Settings that were checked.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Options {
+    /// Where to listen.
+    pub listen: String,
+    /// The server's name.
+    pub name: String,
+    /// Threads that step environments.
+    pub workers: usize,
+    /// How much is taken on.
+    pub limits: Limits,
+    /// Whether clients may have the state as bytes.
+    pub allow_snapshot: bool,
+    /// Whether it may listen where anybody may connect.
+    pub insecure: bool,
+}
+
+/// A setting that cannot be used.
+#[derive(Debug, PartialEq, Eq, thiserror::Error)]
+pub enum OptionsError {
+    /// A value outside its range.
+    #[error("`{field}` must be {expected}, got {value}")]
+    Value {
+        /// The setting.
+        field: &'static str,
+        /// What it may be.
+        expected: &'static str,
+        /// What it is.
+        value: String,
+    },
+    /// A file that cannot be read.
+    #[error("`{file}`: {text}")]
+    File {
+        /// Its name.
+        file: String,
+        /// Why.
+        text: String,
+    },
+}
+
+impl Arguments {
+    /// The settings of flags and file together.
+    ///
+    /// # Errors
+    ///
+    /// [`OptionsError`] naming the first one that cannot be used.
+    pub fn check(self) -> Result<Options, OptionsError> {
+        let file = match &self.config {
+            None => File::default(),
+            Some(path) => {
+                let error = |text: String| {
+                    let text = text.lines().next().unwrap_or_default().to_owned();
+                    OptionsError::File { file: path.display().to_string(), text }
+                };
+                let text =
+                    std::fs::read_to_string(path).map_err(|found| error(found.to_string()))?;
+                toml::from_str(&text)
+                    .map_err(|found: toml::de::Error| error(found.message().to_owned()))?
+            }
+        };
+        let usual = Limits::default();
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let options = Options {
+            listen: self.listen.or(file.listen).unwrap_or("tcp/127.0.0.1:7447".to_owned()),
+            name: self.name.or(file.name).unwrap_or("default".to_owned()),
+            workers: self.workers.or(file.workers).unwrap_or(cores),
+            limits: Limits {
+                max_msg: self.max_msg.or(file.max_msg).unwrap_or(usual.max_msg),
+                max_sessions: self.max_sessions.or(file.max_sessions).unwrap_or(usual.max_sessions),
+                max_envs: self.max_envs.or(file.max_envs).unwrap_or(usual.max_envs),
+                grace_ms: self.grace_ms.or(file.grace_ms).unwrap_or(usual.grace_ms),
+                idle_ms: self.idle_ms.or(file.idle_ms).unwrap_or(usual.idle_ms),
+                ..usual
+            },
+            allow_snapshot: self.allow_snapshot || file.allow_snapshot,
+            insecure: self.insecure || file.insecure,
+        };
+        options.check()
+    }
+}
+
+impl Options {
+    fn check(self) -> Result<Self, OptionsError> {
+        fn within(
+            field: &'static str,
+            expected: &'static str,
+            value: u64,
+            range: std::ops::RangeInclusive<u64>,
+        ) -> Result<(), OptionsError> {
+            if range.contains(&value) {
+                return Ok(());
+            }
+            Err(OptionsError::Value { field, expected, value: value.to_string() })
+        }
+        let is_plain =
+            |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
+        if !(1..=64).contains(&self.name.len()) || !self.name.bytes().all(is_plain) {
+            let expected = "1 to 64 lower-case letters, digits and dashes";
+            return Err(OptionsError::Value { field: "name", expected, value: self.name });
+        }
+        let limits = &self.limits;
+        within("workers", "from 1 to 1024", self.workers as u64, 1..=1024)?;
+        within("max_sessions", "from 1 to 65536", limits.max_sessions.into(), 1..=65_536)?;
+        within("max_envs", "from 1 to 1000000", limits.max_envs.into(), 1..=1_000_000)?;
+        within("max_msg", "from 4096 to 67108864", limits.max_msg.into(), 4096..=67_108_864)?;
+        within("grace_ms", "from 0 to 86400000", limits.grace_ms.into(), 0..=86_400_000)?;
+        // It cannot be switched off: sessions whose clients hang would fill the server.
+        within("idle_ms", "from 1000 to 86400000", limits.idle_ms.into(), 1000..=86_400_000)?;
+        Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn options(flags: &[&str]) -> Result<Options, String> {
+        let flags = ["swath-server"].iter().chain(flags);
+        Arguments::try_parse_from(flags).unwrap().check().map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_setting_that_cannot_be_used_is_named() {
+        for (flags, text) in [
+            (
+                &["--name", "A b"][..],
+                "`name` must be 1 to 64 lower-case letters, digits and dashes, got A b",
+            ),
+            (&["--workers", "0"], "`workers` must be from 1 to 1024, got 0"),
+            (&["--idle-ms", "0"], "`idle_ms` must be from 1000 to 86400000, got 0"),
+            (&["--max-msg", "12"], "`max_msg` must be from 4096 to 67108864, got 12"),
+        ] {
+            assert_eq!(options(flags), Err(text.to_owned()));
+        }
+        let missing = options(&["--config", "no/such/file.toml"]).unwrap_err();
+        assert!(missing.starts_with("`no/such/file.toml`: "), "{missing}");
+    }
+
+    #[test]
+    fn flags_count_for_more_than_the_file_and_unknown_keys_are_refused() {
+        let folder = std::env::temp_dir().join(format!("swath-server-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("server.toml");
+        let path = file.display().to_string();
+        std::fs::write(&file, "name = 'field'\nmax_sessions = 3\ngrace_ms = 5").unwrap();
+        let read = options(&["--config", &path, "--max-sessions", "4"]).unwrap();
+        assert_eq!((read.name.as_str(), read.limits.max_sessions), ("field", 4));
+        assert_eq!((read.limits.grace_ms, read.limits.max_envs), (5, 16_384));
+        std::fs::write(&file, "max_session = 3").unwrap();
+        let refused = options(&["--config", &path]).unwrap_err();
+        assert!(refused.contains("unknown field `max_session`"), "{refused}");
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}

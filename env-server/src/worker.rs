@@ -1,0 +1,112 @@
+//! Environments at work.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::mpsc::{Receiver, SyncSender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+use swath_wire::codec;
+use swath_wire::fault::Fault;
+use swath_wire::header::{Header, Kind, Verb};
+use swath_wire::hosted::Hosted;
+use swath_wire::message::Limits;
+use swath_wire::server::{Finished, Job, JobId};
+
+/// A job, with the environments that it is for; an open has none yet.
+#[derive(Debug)]
+pub struct Task {
+    /// What is to be done.
+    pub job: Job,
+    /// The environments.
+    pub hosted: Option<Box<Hosted>>,
+}
+
+/// A job that is done.
+#[derive(Debug)]
+pub struct Done {
+    /// Which one.
+    pub job: JobId,
+    /// Its session.
+    pub sid: u128,
+    /// The environments, unless they failed or were never built.
+    pub hosted: Option<Box<Hosted>>,
+    /// The reply.
+    pub result: Result<Finished, Fault>,
+}
+
+/// Starts so many workers, which take tasks one after the other until their channel ends.
+///
+/// # Panics
+///
+/// If the system has no threads to give.
+#[must_use]
+pub fn start<E: From<Done> + Send + 'static>(
+    workers: usize,
+    limits: Limits,
+    tasks: Receiver<Task>,
+    events: &SyncSender<E>,
+) -> Vec<JoinHandle<()>> {
+    let tasks = Arc::new(Mutex::new(tasks));
+    let worker = |number: usize| {
+        let (tasks, events) = (Arc::clone(&tasks), events.clone());
+        let work = move || {
+            loop {
+                let task = tasks.lock().unwrap_or_else(PoisonError::into_inner).recv();
+                let Ok(task) = task else { return };
+                if events.send(E::from(carry_out(task, &limits))).is_err() {
+                    return;
+                }
+            }
+        };
+        std::thread::Builder::new()
+            .name(format!("swath-worker-{number}"))
+            .spawn(work)
+            .expect("the system has threads to give")
+    };
+    (0..workers).map(worker).collect()
+}
+
+/// Does one job. A panic of the environments is the end of them, and of nothing else.
+fn carry_out(task: Task, limits: &Limits) -> Done {
+    let Task { job, hosted } = task;
+    let (id, sid, seq) = (job.id, job.sid, job.header.seq);
+    let work = AssertUnwindSafe(|| answer(&job, hosted, limits));
+    let (hosted, result) = catch_unwind(work).unwrap_or_else(|_| {
+        let text = "the environments failed, and the session is over".to_owned();
+        (None, Err(Fault::EnvFault { seq, text }))
+    });
+    Done { job: id, sid, hosted, result }
+}
+
+type Answer = (Option<Box<Hosted>>, Result<Finished, Fault>);
+
+fn answer(job: &Job, hosted: Option<Box<Hosted>>, limits: &Limits) -> Answer {
+    let payload = match Header::read(&job.message) {
+        Ok((_, payload)) => payload,
+        Err(error) => return (hosted, Err(error.into())),
+    };
+    if job.header.kind == Kind::Request(Verb::Open) {
+        return match open(job, payload, limits) {
+            Ok((hosted, finished)) => (Some(Box::new(hosted)), Ok(finished)),
+            Err(fault) => (None, Err(fault)),
+        };
+    }
+    let Some(mut hosted) = hosted else {
+        let text = "the session has no environments".to_owned();
+        return (None, Err(Fault::EnvFault { seq: job.header.seq, text }));
+    };
+    let result = hosted.answer(&job.header, payload).map(|message| Finished {
+        message,
+        steps: hosted.steps(),
+        max_reply: 0,
+    });
+    (Some(hosted), result)
+}
+
+fn open(job: &Job, payload: &[u8], limits: &Limits) -> Result<(Hosted, Finished), Fault> {
+    let hosted = Hosted::open(&codec::read(payload)?, limits, 1)?;
+    let reply = hosted.open_reply(job.sid, job.lid, *limits);
+    let header = Header { kind: Kind::Reply(Verb::Open), ..job.header };
+    let message = codec::write(&header, &reply)?;
+    Ok((hosted, Finished { message, steps: 0, max_reply: reply.max_reply }))
+}
