@@ -570,3 +570,6 @@ impl Answered {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

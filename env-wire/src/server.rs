@@ -711,3 +711,6 @@ fn no_session(loss: Loss) -> Fault {
     };
     Fault::NoSession { reason: loss as u64, text: text.to_owned() }
 }
+
+#[cfg(test)]
+mod tests;
