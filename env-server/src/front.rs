@@ -3,10 +3,13 @@
 //! Callbacks only put what arrives into a bounded channel: a callback that takes long would hold up everybody. What the
 //! channel does not take is dropped, and its client asks again.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::SyncSender;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use swath_wire::header::Verb;
+use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;
 use zenoh::query::{Query, Queryable};
 use zenoh::sample::SampleKind;
@@ -17,8 +20,8 @@ use zenoh::{Config, Session, Wait};
 pub enum Arrival {
     /// A question.
     Query(Box<Query>, Verb),
-    /// A client has come, or is gone.
-    Lease(u128, bool),
+    /// Clients have come or are gone: there are [`Front::leases`] to be looked at.
+    Leases,
 }
 
 /// A server's keys, declared.
@@ -26,6 +29,8 @@ pub struct Front {
     session: Session,
     _queryables: Vec<Queryable<()>>,
     _alive: LivelinessToken,
+    waiting: Arc<AtomicUsize>,
+    leases: Arc<Mutex<Vec<(u128, bool)>>>,
 }
 
 /// Why a server could not begin.
@@ -45,34 +50,12 @@ impl From<zenoh::Error> for FrontError {
     }
 }
 
-/// Longer than Zenoh needs to add to a message.
-const MESSAGE_SLACK: u32 = 64 << 10;
 /// How long to look for another server of the same name.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// Zenoh's settings for a server that listens at one endpoint and looks for nobody.
-///
-/// # Errors
-///
-/// [`FrontError`] if Zenoh refuses the endpoint.
-pub fn settings(listen: &str, max_msg: u32) -> Result<Config, FrontError> {
-    let listen = serde_json::json!([listen]).to_string();
-    let max_message_size = (max_msg + MESSAGE_SLACK).to_string();
-    let mut config = Config::default();
-    for (key, value) in [
-        ("mode", "\"peer\""),
-        ("listen/endpoints", listen.as_str()),
-        ("scouting/multicast/enabled", "false"),
-        ("scouting/gossip/enabled", "false"),
-        ("transport/link/rx/max_message_size", max_message_size.as_str()),
-    ] {
-        config.insert_json5(key, value)?;
-    }
-    Ok(config)
-}
-
 impl Front {
-    /// Declares the keys of the server `name`; what arrives at them goes to `events`.
+    /// Declares the keys of the server `name`; what arrives at them goes to `events`, as long as not more than `most`
+    /// bytes wait there.
     ///
     /// # Errors
     ///
@@ -81,6 +64,7 @@ impl Front {
         config: Config,
         name: &str,
         boot_id: u128,
+        most: usize,
         events: &SyncSender<E>,
     ) -> Result<Self, FrontError> {
         let session = zenoh::open(config).wait()?;
@@ -90,7 +74,8 @@ impl Front {
             return Err(FrontError::NameTaken(name.to_owned()));
         }
         let lease = format!("swath/v1/{name}/lease/");
-        let into = events.clone();
+        let leases = Arc::new(Mutex::new(Vec::new()));
+        let (into, comings) = (events.clone(), Arc::clone(&leases));
         session
             .liveliness()
             .declare_subscriber(format!("{lease}*"))
@@ -99,30 +84,49 @@ impl Front {
                 let lid = sample.key_expr().as_str().strip_prefix(lease.as_str());
                 if let Some(lid) = lid.and_then(|lid| u128::from_str_radix(lid, 16).ok()) {
                     let is_there = sample.kind() == SampleKind::Put;
-                    // Few and far between: there is room for them.
-                    let _ = into.try_send(Arrival::Lease(lid, is_there).into());
+                    comings.lock().unwrap_or_else(PoisonError::into_inner).push((lid, is_there));
+                    // Where there is no room for this, the server looks at them before long.
+                    let _ = into.try_send(Arrival::Leases.into());
                 }
             })
             .background()
             .wait()?;
+        let waiting = Arc::new(AtomicUsize::new(0));
         let mut queryables = Vec::new();
         for verb in Verb::ALL {
             // A client of another version finds out which one is spoken here.
             let version = if verb == Verb::Spec { "*" } else { "v1" };
             let key = format!("swath/{version}/{name}/rpc/{}", verb.name());
-            let into = events.clone();
+            let (into, waiting) = (events.clone(), Arc::clone(&waiting));
             let callback = move |query: Query| {
-                if query.key_expr().as_str().contains('*') {
+                // One that is meant for many reaches no environment.
+                if query.key_expr().is_wild() {
                     return;
                 }
-                let _ = into.try_send(Arrival::Query(Box::new(query), verb).into());
+                let bytes = length(&query);
+                let is_room = waiting.fetch_add(bytes, Ordering::Relaxed) + bytes <= most;
+                let arrival = Arrival::Query(Box::new(query), verb);
+                if !is_room || into.try_send(arrival.into()).is_err() {
+                    waiting.fetch_sub(bytes, Ordering::Relaxed);
+                }
             };
             let queryable =
                 session.declare_queryable(key).complete(true).callback(callback).wait()?;
             queryables.push(queryable);
         }
         let alive = session.liveliness().declare_token(format!("{alive}/{boot_id:032x}")).wait()?;
-        Ok(Self { session, _queryables: queryables, _alive: alive })
+        Ok(Self { session, _queryables: queryables, _alive: alive, waiting, leases })
+    }
+
+    /// A query does not wait any longer.
+    pub fn taken(&self, query: &Query) {
+        self.waiting.fetch_sub(length(query), Ordering::Relaxed);
+    }
+
+    /// The leases that have come (`true`) or gone since the last look, in order.
+    #[must_use]
+    pub fn leases(&self) -> Vec<(u128, bool)> {
+        std::mem::take(&mut *self.leases.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Answers a query. An answer that does not arrive is asked for again.
@@ -140,4 +144,8 @@ impl Front {
     pub fn close(self) -> Result<(), FrontError> {
         Ok(self.session.close().wait()?)
     }
+}
+
+fn length(query: &Query) -> usize {
+    query.payload().map_or(0, ZBytes::len)
 }

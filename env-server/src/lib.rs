@@ -5,15 +5,19 @@
 //!
 //! | module | what it is |
 //! |---|---|
+//! | [`endpoint`] | where a server listens |
+//! | [`access`] | who may reach it |
 //! | [`options`] | what an operator may set, by file and by flag |
-//! | [`endpoint`] | where a server may listen |
+//! | [`settings`] | Zenoh's settings |
 //! | [`clock`] | the time since the start |
 //! | [`worker`] | environments at work |
 //! | [`front`] | Zenoh's side: keys, queries, signs of life |
 //! | [`server`] | the thread between the two |
 
-pub mod options;
 pub mod endpoint;
+pub mod access;
+pub mod options;
+pub mod settings;
 pub mod clock;
 pub mod worker;
 pub mod front;

@@ -1,18 +1,24 @@
 //! What an operator may set.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use serde::Deserialize;
 use swath_wire::message::Limits;
 
+use crate::access::{Access, AccessError, Wish};
+use crate::endpoint::Endpoint;
+
 /// Serves swath's environments over Zenoh.
 #[derive(Debug, Parser)]
 #[command(name = "swath-server", version)]
 pub struct Arguments {
-    /// Where to listen [default: tcp/127.0.0.1:7447]
+    /// Where to listen; port 0 for one that is free [default: tcp/127.0.0.1:7447]
     #[arg(long, value_name = "ENDPOINT")]
     pub listen: Option<String>,
+    /// Zenoh routers to connect to
+    #[arg(long, value_name = "ENDPOINT", num_args = 1..)]
+    pub connect: Vec<String>,
     /// The server's name, part of its keys: lower-case letters, digits and dashes [default: default]
     #[arg(long)]
     pub name: Option<String>,
@@ -31,6 +37,15 @@ pub struct Arguments {
     /// Largest message, bytes [default: 67108864]
     #[arg(long, value_name = "BYTES")]
     pub max_msg: Option<u32>,
+    /// Most bytes of requests that wait to be looked at [default: 268435456]
+    #[arg(long, value_name = "BYTES")]
+    pub max_waiting: Option<usize>,
+    /// Most bytes of replies that are kept in case they are asked for again [default: 1073741824]
+    #[arg(long, value_name = "BYTES")]
+    pub max_cached: Option<u64>,
+    /// How long until a client that is frozen counts as gone, milliseconds [default: 10000]
+    #[arg(long, value_name = "MS")]
+    pub lease_ms: Option<u32>,
     /// How long a session outlives its client, milliseconds [default: 30000]
     #[arg(long, value_name = "MS")]
     pub grace_ms: Option<u32>,
@@ -40,7 +55,19 @@ pub struct Arguments {
     /// Lets clients have the state as bytes, in which weeds stand that nobody has seen
     #[arg(long)]
     pub allow_snapshot: bool,
-    /// Listens where anybody may connect: there is no access control yet
+    /// The certificate of the authority that clients and servers are signed by, PEM
+    #[arg(long, value_name = "FILE")]
+    pub tls_ca: Option<PathBuf>,
+    /// The server's certificate, PEM
+    #[arg(long, value_name = "FILE")]
+    pub tls_certificate: Option<PathBuf>,
+    /// The private key of the server's certificate, PEM
+    #[arg(long, value_name = "FILE")]
+    pub tls_key: Option<PathBuf>,
+    /// The common names in the certificates of those who may use the server
+    #[arg(long, value_name = "NAME", num_args = 1..)]
+    pub allow_cn: Vec<String>,
+    /// Listens where anybody may connect
     #[arg(long)]
     pub insecure: bool,
 }
@@ -50,14 +77,22 @@ pub struct Arguments {
 #[serde(default, deny_unknown_fields)]
 struct File {
     listen: Option<String>,
+    connect: Vec<String>,
     name: Option<String>,
     workers: Option<usize>,
     max_sessions: Option<u32>,
     max_envs: Option<u32>,
     max_msg: Option<u32>,
+    max_waiting: Option<usize>,
+    max_cached: Option<u64>,
+    lease_ms: Option<u32>,
     grace_ms: Option<u32>,
     idle_ms: Option<u32>,
     allow_snapshot: bool,
+    tls_ca: Option<PathBuf>,
+    tls_certificate: Option<PathBuf>,
+    tls_key: Option<PathBuf>,
+    allow_cn: Vec<String>,
     insecure: bool,
 }
 
@@ -65,17 +100,23 @@ struct File {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Options {
     /// Where to listen.
-    pub listen: String,
+    pub listen: Endpoint,
+    /// Routers to connect to.
+    pub connect: Vec<Endpoint>,
     /// The server's name.
     pub name: String,
     /// Threads that step environments.
     pub workers: usize,
     /// How much is taken on.
     pub limits: Limits,
+    /// Most bytes of requests that wait to be looked at.
+    pub max_waiting: usize,
+    /// Most bytes of replies that are kept.
+    pub max_cached: u64,
     /// Whether clients may have the state as bytes.
     pub allow_snapshot: bool,
-    /// Whether it may listen where anybody may connect.
-    pub insecure: bool,
+    /// Who may reach the server.
+    pub access: Access,
 }
 
 /// A setting that cannot be used.
@@ -87,7 +128,7 @@ pub enum OptionsError {
         /// The setting.
         field: &'static str,
         /// What it may be.
-        expected: &'static str,
+        expected: String,
         /// What it is.
         value: String,
     },
@@ -99,6 +140,9 @@ pub enum OptionsError {
         /// Why.
         text: String,
     },
+    /// The wrong ones could reach the server.
+    #[error(transparent)]
+    Access(#[from] AccessError),
 }
 
 impl Arguments {
@@ -108,67 +152,99 @@ impl Arguments {
     ///
     /// [`OptionsError`] naming the first one that cannot be used.
     pub fn check(self) -> Result<Options, OptionsError> {
-        let file = match &self.config {
-            None => File::default(),
-            Some(path) => {
-                let error = |text: String| {
-                    let text = text.lines().next().unwrap_or_default().to_owned();
-                    OptionsError::File { file: path.display().to_string(), text }
-                };
-                let text =
-                    std::fs::read_to_string(path).map_err(|found| error(found.to_string()))?;
-                toml::from_str(&text)
-                    .map_err(|found: toml::de::Error| error(found.message().to_owned()))?
-            }
-        };
+        let file = self.config.as_deref().map_or_else(|| Ok(File::default()), File::read)?;
         let usual = Limits::default();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let either = |flags: Vec<String>, file| if flags.is_empty() { file } else { flags };
+        let listen = self.listen.or(file.listen);
+        let listen = endpoint("listen", listen.as_deref().unwrap_or("tcp/127.0.0.1:7447"))?;
+        let connect = either(self.connect, file.connect);
+        let connect: Vec<Endpoint> =
+            connect.iter().map(|text| endpoint("connect", text)).collect::<Result<_, _>>()?;
+        let wish = Wish {
+            ca: self.tls_ca.or(file.tls_ca),
+            certificate: self.tls_certificate.or(file.tls_certificate),
+            key: self.tls_key.or(file.tls_key),
+            allow_cn: either(self.allow_cn, file.allow_cn),
+            insecure: self.insecure || file.insecure,
+        };
+        let endpoints: Vec<&Endpoint> = [&listen].into_iter().chain(&connect).collect();
+        let access = wish.check(&endpoints)?;
         let options = Options {
-            listen: self.listen.or(file.listen).unwrap_or("tcp/127.0.0.1:7447".to_owned()),
+            listen,
+            connect,
             name: self.name.or(file.name).unwrap_or("default".to_owned()),
             workers: self.workers.or(file.workers).unwrap_or(cores),
             limits: Limits {
                 max_msg: self.max_msg.or(file.max_msg).unwrap_or(usual.max_msg),
                 max_sessions: self.max_sessions.or(file.max_sessions).unwrap_or(usual.max_sessions),
                 max_envs: self.max_envs.or(file.max_envs).unwrap_or(usual.max_envs),
+                lease_ms: self.lease_ms.or(file.lease_ms).unwrap_or(usual.lease_ms),
                 grace_ms: self.grace_ms.or(file.grace_ms).unwrap_or(usual.grace_ms),
                 idle_ms: self.idle_ms.or(file.idle_ms).unwrap_or(usual.idle_ms),
-                ..usual
             },
+            max_waiting: self.max_waiting.or(file.max_waiting).unwrap_or(256 << 20),
+            max_cached: self.max_cached.or(file.max_cached).unwrap_or(1 << 30),
             allow_snapshot: self.allow_snapshot || file.allow_snapshot,
-            insecure: self.insecure || file.insecure,
+            access,
         };
         options.check()
     }
 }
 
+impl File {
+    fn read(path: &Path) -> Result<Self, OptionsError> {
+        let error = |text: &str| {
+            let text = text.lines().next().unwrap_or_default().to_owned();
+            OptionsError::File { file: path.display().to_string(), text }
+        };
+        let text = std::fs::read_to_string(path).map_err(|found| error(&found.to_string()))?;
+        toml::from_str(&text).map_err(|found: toml::de::Error| error(found.message()))
+    }
+}
+
+fn endpoint(field: &'static str, text: &str) -> Result<Endpoint, OptionsError> {
+    Endpoint::parse(text).map_err(|expected| OptionsError::Value {
+        field,
+        expected: expected.to_string(),
+        value: text.to_owned(),
+    })
+}
+
 impl Options {
     fn check(self) -> Result<Self, OptionsError> {
-        fn within(
-            field: &'static str,
-            expected: &'static str,
-            value: u64,
-            range: std::ops::RangeInclusive<u64>,
-        ) -> Result<(), OptionsError> {
-            if range.contains(&value) {
-                return Ok(());
-            }
-            Err(OptionsError::Value { field, expected, value: value.to_string() })
-        }
         let is_plain =
             |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
         if !(1..=64).contains(&self.name.len()) || !self.name.bytes().all(is_plain) {
-            let expected = "1 to 64 lower-case letters, digits and dashes";
+            let expected = "1 to 64 lower-case letters, digits and dashes".to_owned();
             return Err(OptionsError::Value { field: "name", expected, value: self.name });
         }
         let limits = &self.limits;
-        within("workers", "from 1 to 1024", self.workers as u64, 1..=1024)?;
-        within("max_sessions", "from 1 to 65536", limits.max_sessions.into(), 1..=65_536)?;
-        within("max_envs", "from 1 to 1000000", limits.max_envs.into(), 1..=1_000_000)?;
-        within("max_msg", "from 4096 to 67108864", limits.max_msg.into(), 4096..=67_108_864)?;
-        within("grace_ms", "from 0 to 86400000", limits.grace_ms.into(), 0..=86_400_000)?;
-        // It cannot be switched off: sessions whose clients hang would fill the server.
-        within("idle_ms", "from 1000 to 86400000", limits.idle_ms.into(), 1000..=86_400_000)?;
+        for (field, value, least, most) in [
+            ("workers", self.workers as u64, 1, 1024),
+            ("max_sessions", limits.max_sessions.into(), 1, 65_536),
+            ("max_envs", limits.max_envs.into(), 1, 1_000_000),
+            ("max_msg", limits.max_msg.into(), 4096, 64 << 20),
+            ("max_waiting", self.max_waiting as u64, limits.max_msg.into(), 1 << 40),
+            ("max_cached", self.max_cached, 4096, 1 << 40),
+            ("lease_ms", limits.lease_ms.into(), 100, 3_600_000),
+            ("grace_ms", limits.grace_ms.into(), 0, 86_400_000),
+            // It cannot be switched off: sessions whose clients hang would fill the server.
+            ("idle_ms", limits.idle_ms.into(), 1000, 86_400_000),
+        ] {
+            if !(least..=most).contains(&value) {
+                let expected = format!("from {least} to {most}");
+                return Err(OptionsError::Value { field, expected, value: value.to_string() });
+            }
+        }
+        if let Some(tls) = &self.access.tls {
+            for file in [&tls.ca, &tls.certificate, &tls.key] {
+                std::fs::File::open(file).map_err(|found| OptionsError::File {
+                    file: file.display().to_string(),
+                    text: found.to_string(),
+                })?;
+            }
+        }
         Ok(self)
     }
 }
@@ -192,6 +268,7 @@ mod tests {
             (&["--workers", "0"], "`workers` must be from 1 to 1024, got 0"),
             (&["--idle-ms", "0"], "`idle_ms` must be from 1000 to 86400000, got 0"),
             (&["--max-msg", "12"], "`max_msg` must be from 4096 to 67108864, got 12"),
+            (&["--listen", "7447"], "`listen` must be tcp/HOST:PORT or tls/HOST:PORT, got 7447"),
         ] {
             assert_eq!(options(flags), Err(text.to_owned()));
         }
@@ -209,6 +286,8 @@ mod tests {
         let read = options(&["--config", &path, "--max-sessions", "4"]).unwrap();
         assert_eq!((read.name.as_str(), read.limits.max_sessions), ("field", 4));
         assert_eq!((read.limits.grace_ms, read.limits.max_envs), (5, 16_384));
+        std::fs::write(&file, "listen = 'tcp/0.0.0.0:7447'").unwrap();
+        assert!(options(&["--config", &path]).unwrap_err().contains("missing: tls/"));
         std::fs::write(&file, "max_session = 3").unwrap();
         let refused = options(&["--config", &path]).unwrap_err();
         assert!(refused.contains("unknown field `max_session`"), "{refused}");

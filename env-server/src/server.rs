@@ -6,22 +6,26 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use swath_core::config;
+use swath_wire::fault::Fault;
+use swath_wire::header::Verb;
 use swath_wire::hosted::{ENV_ID, Hosted};
 use swath_wire::message::EnvInfo;
 use swath_wire::server::{QueryId, ServerOptions, ServerOutput, ServerSessions};
 use zenoh::query::Query;
 
 use crate::clock::Clock;
-use crate::front::{Arrival, Front, FrontError, settings};
+use crate::endpoint::Endpoint;
+use crate::front::{Arrival, Front, FrontError};
 use crate::options::Options;
+use crate::settings::settings;
 use crate::worker::{self, Done, Task};
 
 /// What may wait to be looked at: more is dropped, and asked again.
 const WAITING: usize = 4096;
 /// The server looks at its clock at least so often, milliseconds.
 const LONGEST_SLEEP_MS: u64 = 1000;
-/// All cached replies together.
-const MAX_CACHED_BYTES: u64 = 1 << 30;
+/// How long running requests may take to end when the server does, milliseconds.
+const LAST_WAIT_MS: u64 = 5000;
 /// The autoreset modes that an environment has: all three.
 const EVERY_MODE: u8 = 0b111;
 
@@ -48,6 +52,7 @@ impl From<Done> for Event {
 /// A server that is ready to run.
 pub struct Server {
     clock: Clock,
+    listen: Endpoint,
     front: Front,
     sessions: ServerSessions,
     events: Receiver<Event>,
@@ -77,36 +82,44 @@ fn random() -> u128 {
     u128::from_le_bytes(bytes)
 }
 
+/// As much of the name of a session or lease as a log may show: the whole of it opens the session.
+fn short(id: u128) -> String {
+    format!("{:08x}", id >> 96)
+}
+
 impl Server {
     /// A server that listens.
     ///
     /// # Errors
     ///
     /// [`FrontError`] if the endpoint or the name is taken.
-    pub fn open(options: &Options) -> Result<(Self, Stop), FrontError> {
+    pub fn open(mut options: Options) -> Result<(Self, Stop), FrontError> {
         let boot_id = random();
         let (events_in, events) = sync_channel::<Event>(WAITING);
         let (tasks, tasks_out) = channel();
-        let config = settings(&options.listen, options.limits.max_msg)?;
-        let front = Front::open(config, &options.name, boot_id, &events_in)?;
+        options.listen =
+            options.listen.with_port().map_err(|error| FrontError::Zenoh(error.to_string()))?;
+        let (config, most) = (settings(&options)?, options.max_waiting);
+        let front = Front::open(config, &options.name, boot_id, most, &events_in)?;
         let workers = worker::start(options.workers, options.limits, tasks_out, &events_in);
         let schema = serde_json::to_string(&config::schema()).expect("a schema is JSON");
         let envs =
             vec![EnvInfo { id: ENV_ID.to_owned(), config_schema: schema, autoreset: EVERY_MODE }];
         let sessions = ServerSessions::new(
             ServerOptions {
-                server: options.name.clone(),
+                server: options.name,
                 build: env!("CARGO_PKG_VERSION").to_owned(),
                 boot_id,
                 limits: options.limits,
                 allow_snapshot: options.allow_snapshot,
                 envs,
-                max_cached_bytes: MAX_CACHED_BYTES,
+                max_cached_bytes: options.max_cached,
             },
             Box::new(random),
         );
         let server = Self {
             clock: Clock::start(),
+            listen: options.listen,
             front,
             sessions,
             events,
@@ -120,65 +133,88 @@ impl Server {
         Ok((server, Stop(events_in)))
     }
 
-    /// Serves until it is told to stop and every running request has ended.
+    /// Where it listens.
+    #[must_use]
+    pub fn listen(&self) -> &Endpoint {
+        &self.listen
+    }
+
+    /// Serves until it is told to stop and running requests have ended, or have had their time to.
     ///
     /// # Errors
     ///
     /// [`FrontError`] if Zenoh does not end well.
     pub fn run(mut self) -> Result<(), FrontError> {
-        let mut is_stopping = false;
-        while !is_stopping || self.running > 0 {
+        let mut end_ms = None;
+        loop {
             let now_ms = self.clock.now_ms();
-            let wake_ms = self.sessions.wake_ms().unwrap_or(u64::MAX);
-            let sleep_ms = wake_ms.saturating_sub(now_ms).min(LONGEST_SLEEP_MS);
-            let first = match self.events.recv_timeout(Duration::from_millis(sleep_ms)) {
+            if end_ms.is_some_and(|end_ms| self.running == 0 || now_ms >= end_ms) {
+                break;
+            }
+            let wake_ms = self.sessions.wake_ms().into_iter().chain(end_ms).min();
+            let sleep_ms =
+                wake_ms.map_or(LONGEST_SLEEP_MS, |wake_ms| wake_ms.saturating_sub(now_ms));
+            let sleep = Duration::from_millis(sleep_ms.min(LONGEST_SLEEP_MS));
+            let event = match self.events.recv_timeout(sleep) {
                 Ok(event) => Some(event),
                 Err(RecvTimeoutError::Timeout) => None,
                 Err(RecvTimeoutError::Disconnected) => break,
             };
             let now_ms = self.clock.now_ms();
-            let mut next = first;
-            while let Some(event) = next {
-                match event {
-                    Event::Arrival(arrival) => self.take_in(now_ms, arrival),
-                    Event::Done(done) => self.put_away(now_ms, *done),
-                    Event::Stop => {
-                        tracing::info!("stopping");
-                        self.sessions.shut_down(now_ms);
-                        is_stopping = true;
-                    }
+            for (lid, is_there) in self.front.leases() {
+                tracing::debug!(lease = short(lid), is_there, "a client's sign of life");
+                self.sessions.on_lease(now_ms, lid, is_there);
+            }
+            match event {
+                Some(Event::Arrival(Arrival::Query(query, verb))) => {
+                    self.take_in(now_ms, query, verb);
                 }
-                next = self.events.try_recv().ok();
+                Some(Event::Done(done)) => self.put_away(now_ms, *done),
+                Some(Event::Stop) if end_ms.is_none() => {
+                    tracing::info!(running = self.running, "stopping");
+                    self.sessions.shut_down(now_ms);
+                    end_ms = Some(now_ms + LAST_WAIT_MS);
+                }
+                Some(Event::Arrival(Arrival::Leases) | Event::Stop) | None => {}
             }
             while let Some(output) = self.sessions.poll(now_ms) {
                 self.carry_out(output);
             }
         }
         drop(self.tasks);
-        for worker in self.workers {
-            // A worker catches what its environments throw.
-            let _ = worker.join();
-        }
-        self.front.close()
-    }
-
-    fn take_in(&mut self, now_ms: u64, arrival: Arrival) {
-        match arrival {
-            Arrival::Lease(lid, is_there) => self.sessions.on_lease(now_ms, lid, is_there),
-            Arrival::Query(query, verb) => {
-                let id = QueryId(self.next_query);
-                self.next_query += 1;
-                let message = query.payload().map(|payload| payload.to_bytes().into_owned());
-                self.queries.insert(id, query);
-                self.sessions.on_query(now_ms, id, verb, &message.unwrap_or_default());
+        if self.running == 0 {
+            for worker in self.workers {
+                // A worker catches what its environments throw.
+                let _ = worker.join();
             }
         }
+        self.front.close()?;
+        tracing::info!("stopped");
+        Ok(())
+    }
+
+    fn take_in(&mut self, now_ms: u64, query: Box<Query>, verb: Verb) {
+        let id = QueryId(self.next_query);
+        self.next_query += 1;
+        self.front.taken(&query);
+        // Bytes are shared, not copied, unless they came in pieces.
+        let payload = query.payload().cloned().unwrap_or_default();
+        self.queries.insert(id, query);
+        self.sessions.on_query(now_ms, id, verb, &payload.to_bytes());
     }
 
     fn put_away(&mut self, now_ms: u64, done: Done) {
         self.running -= 1;
-        if let Err(fault) = &done.result {
-            tracing::debug!(%fault, "a request was refused");
+        let session = short(done.sid);
+        match &done.result {
+            Err(fault @ Fault::EnvFault { .. }) => {
+                tracing::error!(session, verb = done.verb.name(), %fault, "environments failed");
+            }
+            Err(fault) => {
+                tracing::info!(session, verb = done.verb.name(), %fault, "a request was refused");
+            }
+            Ok(_) if done.verb == Verb::Open => tracing::info!(session, "opened"),
+            Ok(done) => tracing::trace!(session, steps = done.steps, "answered"),
         }
         if let Some(hosted) = done.hosted {
             self.hosted.insert(done.sid, hosted);
@@ -202,7 +238,7 @@ impl Server {
                 self.queries.remove(&query);
             }
             ServerOutput::Free { sid } => {
-                tracing::info!(session = %format!("{:.8}", format!("{sid:032x}")), "freed");
+                tracing::info!(session = short(sid), "freed");
                 self.hosted.remove(&sid);
             }
         }

@@ -26,6 +26,8 @@ pub struct Task {
 pub struct Done {
     /// Which one.
     pub job: JobId,
+    /// What was asked.
+    pub verb: Verb,
     /// Its session.
     pub sid: u128,
     /// The environments, unless they failed or were never built.
@@ -70,12 +72,13 @@ pub fn start<E: From<Done> + Send + 'static>(
 fn carry_out(task: Task, limits: &Limits) -> Done {
     let Task { job, hosted } = task;
     let (id, sid, seq) = (job.id, job.sid, job.header.seq);
+    let Kind::Request(verb) = job.header.kind else { unreachable!("jobs are requests") };
     let work = AssertUnwindSafe(|| answer(&job, hosted, limits));
     let (hosted, result) = catch_unwind(work).unwrap_or_else(|_| {
         let text = "the environments failed, and the session is over".to_owned();
         (None, Err(Fault::EnvFault { seq, text }))
     });
-    Done { job: id, sid, hosted, result }
+    Done { job: id, verb, sid, hosted, result }
 }
 
 type Answer = (Option<Box<Hosted>>, Result<Finished, Fault>);

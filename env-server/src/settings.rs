@@ -1,0 +1,89 @@
+//! Zenoh's settings.
+
+use serde_json::{Value, json};
+use zenoh::Config;
+
+use crate::endpoint::Endpoint;
+use crate::options::Options;
+
+/// Longer than what Zenoh adds to a message.
+const MESSAGE_SLACK: u32 = 64 << 10;
+
+/// Settings for a server that listens at its endpoint and looks for nobody.
+///
+/// # Errors
+///
+/// Zenoh's own, if it does not take them.
+pub fn settings(options: &Options) -> Result<Config, zenoh::Error> {
+    let texts = |endpoints: &[Endpoint]| -> Vec<String> {
+        endpoints.iter().map(Endpoint::to_string).collect()
+    };
+    let listen = std::slice::from_ref(&options.listen);
+    let has = |is_tls: bool| listen.iter().chain(&options.connect).any(|it| it.is_tls() == is_tls);
+    let protocols: Vec<&str> = [("tcp", has(false)), ("tls", has(true))]
+        .into_iter()
+        .filter(|protocol| protocol.1)
+        .map(|protocol| protocol.0)
+        .collect();
+    let mut link = json!({
+        "protocols": protocols,
+        "tx": { "lease": options.limits.lease_ms },
+        "rx": { "max_message_size": options.limits.max_msg.saturating_add(MESSAGE_SLACK) },
+    });
+    if let Some(tls) = &options.access.tls {
+        link["tls"] = json!({
+            "root_ca_certificate": tls.ca,
+            "listen_certificate": tls.certificate,
+            "listen_private_key": tls.key,
+            "connect_certificate": tls.certificate,
+            "connect_private_key": tls.key,
+            "enable_mtls": true,
+            "verify_name_on_connect": true,
+            "close_link_on_expiration": true,
+        });
+    }
+    let all = json!({
+        "mode": "peer",
+        "listen": { "endpoints": texts(listen), "exit_on_failure": true },
+        "connect": { "endpoints": texts(&options.connect), "timeout_ms": 5000, "exit_on_failure": true },
+        "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
+        "transport": { "link": link },
+        "access_control": access_control(options),
+    });
+    Config::from_json5(&all.to_string())
+}
+
+/// What clients with the right names may do, and nobody else anything: ask the server, hear that it is alive, and show
+/// that they are.
+fn access_control(options: &Options) -> Value {
+    let Options { access, name, .. } = options;
+    if access.allow_cn.is_empty() {
+        return json!({ "enabled": false });
+    }
+    let rpc = [format!("swath/v1/{name}/rpc/*"), format!("swath/*/{name}/rpc/spec")];
+    let alive = [format!("swath/v1/{name}/alive/*")];
+    let lease = [format!("swath/v1/{name}/lease/*")];
+    let rule = |id: &str, flow: &str, messages: &[&str], keys: &[String]| json!({ "id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": keys });
+    let mut rules = vec![
+        rule("ask", "ingress", &["query"], &rpc),
+        rule("answer", "egress", &["reply", "declare_queryable"], &rpc),
+        rule("lease", "ingress", &["liveliness_token"], &lease),
+        rule("look", "ingress", &["declare_liveliness_subscriber", "liveliness_query"], &alive),
+        rule("alive", "egress", &["liveliness_token"], &alive),
+    ];
+    if !options.connect.is_empty() {
+        // A router has to be asked for the leases of its clients, and for another server of this name.
+        let ask = ["declare_liveliness_subscriber", "liveliness_query"];
+        rules.push(rule("router-leases", "egress", &ask, &lease));
+        rules.push(rule("router-alive", "egress", &ask, &alive));
+        rules.push(rule("router-others", "ingress", &["liveliness_token"], &alive));
+    }
+    let ids: Vec<&Value> = rules.iter().map(|rule| &rule["id"]).collect();
+    json!({
+        "enabled": true,
+        "default_permission": "deny",
+        "rules": rules,
+        "subjects": [{ "id": "clients", "cert_common_names": access.allow_cn }],
+        "policies": [{ "rules": ids, "subjects": ["clients"] }],
+    })
+}
