@@ -199,7 +199,7 @@ fn damaged_messages_are_refused_or_are_other_requests() {
     let mut dice = Dice::new(3);
     let mut bench = Bench::new();
     let mut refused = 0;
-    let count = size(50_000, 1_000_000);
+    let count = size(50_000, 500_000);
     for _ in 0..count {
         let place = usize::try_from(dice.below(bench.messages.len() as u64)).unwrap();
         let (verb, mut message) = bench.messages[place].clone();
