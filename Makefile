@@ -90,7 +90,7 @@ wheel: tools ## the wheel in target/wheels, checked for size and for paths of th
 # Tests
 
 .PHONY: test
-test: test-rust test-py ## every test but the slow ones; LONG=1: those too, and more cases for properties
+test: test-rust test-server test-py ## every test but the slow ones; LONG=1: those too, and more cases for properties
 
 .PHONY: test-rust
 test-rust: export PROPTEST_CASES := $(if $(LONG),2000,64)
@@ -99,10 +99,24 @@ test-rust: tools ## the Rust tests; ARGS= filters, LONG=1 raises the case counts
 	else set -x; cargo test --locked --lib --bins --tests $(ARGS); fi
 	$(if $(ARGS),,cargo test --locked --doc)
 
+.PHONY: server
+server: tools ## the environment server, target/debug/swath-server
+	cargo build --locked -p swath-server
+
+.PHONY: test-server
+test-server: tools ## the tests of the server, over the loopback; ARGS= filters
+	@if cargo nextest --version >/dev/null 2>&1; then set -x; cargo nextest run --locked -p swath-server $(ARGS); \
+	else set -x; cargo test --locked -p swath-server $(ARGS); fi
+
+.PHONY: test-server
+test-server: tools ## the tests of swath-server over loopback; ARGS= filters
+	@if cargo nextest --version >/dev/null 2>&1; then set -x; cargo nextest run --locked -p swath-server $(ARGS); \
+	else set -x; cargo test --locked -p swath-server $(ARGS); fi
+
 .PHONY: test-py
 test-py: export HYPOTHESIS_PROFILE := $(if $(LONG),long,default)
 test-py: export OMP_NUM_THREADS := 1
-test-py: build-release ## the Python tests on the release build; ARGS= filters, LONG=1: with the slow ones
+test-py: build-release server ## the Python tests on the release build; ARGS= filters, LONG=1: with the slow ones
 	$(call need,$(VENV),typing test)
 	python -m mypy.stubtest swath._native
 	python -m pytest -n 2 $(if $(LONG),,-m "not slow") $(ARGS)

@@ -11,6 +11,7 @@ mod snapshot;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 pub use buffers::{Actions, StepMut};
+pub use snapshot::{joined, split};
 
 use crate::action::{ActionDecoder, ActionError, ActionSpec};
 use crate::config::{ActionKind, ConfigError, ValidScenario};

@@ -8,16 +8,15 @@ use swath_core::action::ActionSpec;
 use swath_core::batch::{Autoreset, BatchEnv, BatchOptions};
 use swath_core::config::ConfigError;
 use swath_core::env::{Beginning, Env};
-use swath_core::geometry::Point;
 
 use crate::action::ActionBuffer;
 use crate::errors::Error;
 use crate::face::{Ends, Face, FlatStep, Step};
 use crate::infos::table;
 use crate::scenario::Scenario;
-use crate::seed::Seed;
+use crate::seed::{Seed, seeds_of_rows};
 use crate::spec::{self, ActionForm, PartTuple};
-use crate::weeds::points_from;
+use crate::weeds::weeds_of_rows;
 
 /// Fewer rows are stepped without letting other Python threads run meanwhile: it would take as long as the step.
 const ROWS_TO_DETACH: usize = 32;
@@ -47,15 +46,7 @@ impl Batch {
         num_threads: usize,
         copy: bool,
     ) -> Result<Self, Error> {
-        let autoreset = match autoreset_mode {
-            "NextStep" => Autoreset::NextStep,
-            "SameStep" => Autoreset::SameStep,
-            "Disabled" => Autoreset::Disabled,
-            other => {
-                let expected = "`NextStep`, `SameStep` or `Disabled`";
-                return Err(ConfigError::value("autoreset_mode", expected, other).into());
-            }
-        };
+        let autoreset = autoreset_from(autoreset_mode)?;
         let options = BatchOptions { rows: num_envs, autoreset, threads: num_threads };
         let core = BatchEnv::new(&scenario.get().scenario, options)?;
         let face = Face::new(core.observation_spec(), num_envs, autoreset, core.mask_width(), copy);
@@ -100,8 +91,8 @@ impl Batch {
     ) -> Result<Reset<'py>, Error> {
         let mask =
             mask.map_or_else(|| vec![true; self.options.rows], |mask| mask.as_array().to_vec());
-        let seeds = self.seeds(seeds, &mask, first_seed)?;
-        let weeds = self.weeds(weeds)?;
+        let seeds = seeds_of_rows(seeds, &mask, first_seed, |row| self.core.has_begun(row))?;
+        let weeds = weeds_of_rows(weeds, self.core.rows()[0].site())?;
         let Self { core, face, .. } = self;
         let (observation, ()) = face.write(py, |_, observation| {
             py.detach(|| {
@@ -244,52 +235,25 @@ impl Batch {
         })
     }
 
-    /// The seed of every row that is to begin, once they all are known to be usable.
-    fn seeds(
-        &self,
-        seeds: Vec<Option<Seed>>,
-        mask: &[bool],
-        first_seed: Option<u64>,
-    ) -> Result<Vec<Option<u64>>, Error> {
-        let rows = self.options.rows;
-        if seeds.len() != rows {
-            let expected = format!("one seed for each of {rows} environments");
-            return Err(ConfigError::value("seed", expected, seeds.len()).into());
-        }
-        let seed = |((row, ahead), given): ((usize, u64), Option<Seed>)| match given {
-            Some(Seed(seed)) => Some(seed),
-            None if self.core.has_begun(row) => None,
-            None => first_seed.map(|seed| seed.wrapping_add(ahead)),
-        };
-        let seeds: Vec<Option<u64>> = (0..rows).zip(0..).zip(seeds).map(seed).collect();
-        let is_lost =
-            |&row: &usize| !self.core.has_begun(row) && (!mask[row] || seeds[row].is_none());
-        match (0..rows).find(is_lost) {
-            None => Ok(seeds),
-            Some(row) => {
-                let expected = "True for every environment that has not begun";
-                let got = format!("False for environment {row}");
-                Err(ConfigError::value("options[\"reset_mask\"]", expected, got).into())
-            }
-        }
-    }
-
-    fn weeds(&self, weeds: Vec<Option<Bound<PyAny>>>) -> Result<Vec<Option<Vec<Point>>>, Error> {
-        let site = self.core.rows()[0].site();
-        let is_for_all = weeds.len() == 1;
-        let read = |(row, given): (usize, Option<Bound<PyAny>>)| {
-            let field = if is_for_all { "weeds".to_owned() } else { format!("weeds[{row}]") };
-            given.map(|given| points_from(&given, &field, site)).transpose()
-        };
-        weeds.into_iter().enumerate().map(read).collect()
-    }
-
     fn check_row(&self, row: usize) -> Result<(), Error> {
         if row < self.options.rows {
             return Ok(());
         }
         let expected = format!("from 0 to {}", self.options.rows - 1);
         Err(ConfigError::value("row", expected, row).into())
+    }
+}
+
+/// The mode of that name.
+pub(crate) fn autoreset_from(name: &str) -> Result<Autoreset, Error> {
+    match name {
+        "NextStep" => Ok(Autoreset::NextStep),
+        "SameStep" => Ok(Autoreset::SameStep),
+        "Disabled" => Ok(Autoreset::Disabled),
+        other => {
+            let expected = "`NextStep`, `SameStep` or `Disabled`";
+            Err(ConfigError::value("autoreset_mode", expected, other).into())
+        }
     }
 }
 

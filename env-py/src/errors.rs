@@ -5,12 +5,16 @@ use swath_core::action::ActionError;
 use swath_core::batch::BatchError;
 use swath_core::config::ConfigError;
 use swath_core::env::SnapshotError;
+use swath_wire::client::ClientError;
+use swath_wire::fault::Fault;
 
 /// The classes of `swath.errors`: written in Python, so that `ConfigError` can be a `ValueError` too.
 mod python {
     pyo3::import_exception!(swath.errors, ConfigError);
     pyo3::import_exception!(swath.errors, ActionError);
     pyo3::import_exception!(swath.errors, SnapshotError);
+    pyo3::import_exception!(swath.errors, RemoteError);
+    pyo3::import_exception!(swath.errors, RemoteTimeout);
 }
 
 /// Whatever a function of this module may raise.
@@ -26,6 +30,12 @@ pub(crate) enum Error {
     ActionForm(String),
     /// The bytes of a snapshot.
     Snapshot(SnapshotError),
+    /// A scenario, a seed or a snapshot that a server refuses.
+    RemoteConfig(String),
+    /// What a server does, or does not do.
+    Remote(String),
+    /// A server that has not answered in time.
+    RemoteTimeout(String),
     /// An error of Python itself.
     Python(PyErr),
 }
@@ -54,6 +64,26 @@ impl From<SnapshotError> for Error {
     }
 }
 
+impl From<Fault> for Error {
+    fn from(fault: Fault) -> Self {
+        match fault {
+            Fault::BadConfig { text } => Self::RemoteConfig(text),
+            Fault::BadAction { text, .. } | Fault::NotReset { text, .. } => Self::ActionForm(text),
+            other => Self::Remote(other.to_string()),
+        }
+    }
+}
+
+impl From<ClientError> for Error {
+    fn from(error: ClientError) -> Self {
+        match error {
+            ClientError::Fault(fault) => fault.into(),
+            ClientError::Timeout { .. } => Self::RemoteTimeout(error.to_string()),
+            other => Self::Remote(other.to_string()),
+        }
+    }
+}
+
 impl From<PyErr> for Error {
     fn from(error: PyErr) -> Self {
         Self::Python(error)
@@ -68,6 +98,9 @@ impl From<Error> for PyErr {
             Error::Batch(error) => python::ActionError::new_err(error.to_string()),
             Error::ActionForm(text) => python::ActionError::new_err(text),
             Error::Snapshot(error) => python::SnapshotError::new_err(error.to_string()),
+            Error::RemoteConfig(text) => python::ConfigError::new_err(text),
+            Error::Remote(text) => python::RemoteError::new_err(text),
+            Error::RemoteTimeout(text) => python::RemoteTimeout::new_err(text),
             Error::Python(error) => error,
         }
     }

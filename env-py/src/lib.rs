@@ -9,7 +9,7 @@
 //! | `table`, `seed`, `weeds`, `summary` | conversions between Python and the core |
 //! | `spec`, `action`, `observations`, `infos`, `flat_infos`, `face` | what observations and actions look like, and arrays of many of them |
 //! | `source`, `scenario` | what a caller names as a scenario, and the checked scenario |
-//! | `env`, `batch` | one environment, and many |
+//! | `env`, `batch`, `remote` | one environment, many, and many on servers |
 //! | `agent`, `crew` | agents that act in one or in many |
 //! | `waiting`, `episode`, `evaluation` | whole episodes, one or many, in threads of their own |
 //! | `statistics` | quantiles for confidence intervals |
@@ -30,6 +30,7 @@ mod face;
 mod scenario;
 mod env;
 mod batch;
+mod remote;
 mod agent;
 mod crew;
 mod waiting;
@@ -53,6 +54,8 @@ mod _native {
     use crate::episode::{Episode, run_episode};
     #[pymodule_export]
     use crate::evaluation::EpisodeStream;
+    #[pymodule_export]
+    use crate::remote::RemoteBatch;
     #[pymodule_export]
     use crate::scenario::{Scenario, cells, resolved, schema, shipped};
     #[pymodule_export]

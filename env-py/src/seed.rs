@@ -21,3 +21,33 @@ impl<'a, 'py> FromPyObject<'a, 'py> for Seed {
         })
     }
 }
+
+/// The seed of every row that is to begin, once they all are known to be usable: the row's own, or where it has none and has
+/// not begun an episode yet, `first_seed` + row.
+pub(crate) fn seeds_of_rows(
+    seeds: Vec<Option<Seed>>,
+    mask: &[bool],
+    first_seed: Option<u64>,
+    has_begun: impl Fn(usize) -> bool,
+) -> Result<Vec<Option<u64>>, Error> {
+    let rows = mask.len();
+    if seeds.len() != rows {
+        let expected = format!("one seed for each of {rows} environments");
+        return Err(ConfigError::value("seed", expected, seeds.len()).into());
+    }
+    let seed = |((row, ahead), given): ((usize, u64), Option<Seed>)| match given {
+        Some(Seed(seed)) => Some(seed),
+        None if has_begun(row) => None,
+        None => first_seed.map(|seed| seed.wrapping_add(ahead)),
+    };
+    let seeds: Vec<Option<u64>> = (0..rows).zip(0..).zip(seeds).map(seed).collect();
+    let is_lost = |&row: &usize| !has_begun(row) && (!mask[row] || seeds[row].is_none());
+    match (0..rows).find(is_lost) {
+        None => Ok(seeds),
+        Some(row) => {
+            let expected = "True for every environment that has not begun";
+            let got = format!("False for environment {row}");
+            Err(ConfigError::value("options[\"reset_mask\"]", expected, got).into())
+        }
+    }
+}

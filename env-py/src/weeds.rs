@@ -43,3 +43,16 @@ pub(crate) fn points_from(
     }
     Ok(points)
 }
+
+/// Reads one table for all rows, or one for each; `None` where weeds are drawn.
+pub(crate) fn weeds_of_rows(
+    weeds: Vec<Option<Bound<PyAny>>>,
+    site: &Site,
+) -> Result<Vec<Option<Vec<Point>>>, Error> {
+    let is_for_all = weeds.len() == 1;
+    let read = |(row, given): (usize, Option<Bound<PyAny>>)| {
+        let field = if is_for_all { "weeds".to_owned() } else { format!("weeds[{row}]") };
+        given.map(|given| points_from(&given, &field, site)).transpose()
+    };
+    weeds.into_iter().enumerate().map(read).collect()
+}

@@ -24,7 +24,12 @@ impl<'a> Actions<'a> {
     }
 
     /// The action of one row; `width` is how many numbers a row has.
-    pub(super) fn row(self, row: usize, width: usize) -> Action<'a> {
+    ///
+    /// # Panics
+    ///
+    /// If there is no such row.
+    #[must_use]
+    pub fn row(self, row: usize, width: usize) -> Action<'a> {
         match self {
             Self::Continuous(numbers) => {
                 Action::Continuous(&numbers[row * width..(row + 1) * width])

@@ -7,8 +7,7 @@ impl BatchEnv {
     /// The whole state as bytes.
     #[must_use]
     pub fn snapshot(&self) -> Vec<u8> {
-        let rows: Vec<Vec<u8>> = self.envs.iter().map(Env::snapshot).collect();
-        postcard::to_allocvec(&rows).expect("bytes in memory can be written to memory")
+        joined(&self.envs.iter().map(Env::snapshot).collect::<Vec<_>>())
     }
 
     /// Puts back the state that [`BatchEnv::snapshot`] returned, here or in another batch of as many rows.
@@ -17,16 +16,7 @@ impl BatchEnv {
     ///
     /// [`SnapshotError`]; every row is then as it was.
     pub fn restore(&mut self, snapshot: &[u8]) -> Result<(), SnapshotError> {
-        let damaged = |got: String| SnapshotError::Damaged { got };
-        let (rows, rest) = postcard::take_from_bytes::<Vec<Vec<u8>>>(snapshot)
-            .map_err(|error| damaged(error.to_string()))?;
-        if !rest.is_empty() {
-            return Err(damaged(format!("{} bytes too many", rest.len())));
-        }
-        if rows.len() != self.envs.len() {
-            let (got, expected) = (rows.len(), self.envs.len());
-            return Err(damaged(format!("those of {got} rows for {expected}")));
-        }
+        let rows = split(snapshot, self.envs.len())?;
         let mut envs = self.envs.clone();
         for (env, row) in envs.iter_mut().zip(&rows) {
             env.restore(row)?;
@@ -50,4 +40,33 @@ impl BatchEnv {
         self.states[row] = State::of(&self.envs[row]);
         Ok(())
     }
+}
+
+/// The snapshot of a batch with these rows, each as [`Env::snapshot`] returned it.
+///
+/// # Panics
+///
+/// If there is no memory for it.
+#[must_use]
+pub fn joined(rows: &[Vec<u8>]) -> Vec<u8> {
+    postcard::to_allocvec(rows).expect("bytes in memory can be written to memory")
+}
+
+/// The snapshots of the rows of a batch that has so many.
+///
+/// # Errors
+///
+/// [`SnapshotError::Damaged`] if it is no such snapshot; the rows themselves are not looked into.
+pub fn split(snapshot: &[u8], expected: usize) -> Result<Vec<Vec<u8>>, SnapshotError> {
+    let damaged = |got: String| SnapshotError::Damaged { got };
+    let (rows, rest) = postcard::take_from_bytes::<Vec<Vec<u8>>>(snapshot)
+        .map_err(|error| damaged(error.to_string()))?;
+    if !rest.is_empty() {
+        return Err(damaged(format!("{} bytes too many", rest.len())));
+    }
+    if rows.len() != expected {
+        let got = rows.len();
+        return Err(damaged(format!("those of {got} rows for {expected}")));
+    }
+    Ok(rows)
 }

@@ -12,11 +12,19 @@ while (action := agent.act(env)) is not None:
 ```
 """
 
-from swath import _native, datasets, sb3, training
+from swath import _native, datasets, remote, sb3, training
 from swath.agents import Agent, make_agent
 from swath.env import MowerRoutingEnv
 from swath.episode import Episode, run_episode
-from swath.errors import ActionError, ClosedError, ConfigError, SnapshotError, SwathError
+from swath.errors import (
+    ActionError,
+    ClosedError,
+    ConfigError,
+    RemoteError,
+    RemoteTimeout,
+    SnapshotError,
+    SwathError,
+)
 from swath.evaluation import Results, evaluate
 from swath.registration import register
 from swath.scenario import Scenario
@@ -31,6 +39,8 @@ __all__ = [
     "Episode",
     "MowerRoutingEnv",
     "MowerRoutingVectorEnv",
+    "RemoteError",
+    "RemoteTimeout",
     "Results",
     "Scenario",
     "SnapshotError",
@@ -41,6 +51,7 @@ __all__ = [
     "evaluate",
     "make_agent",
     "register",
+    "remote",
     "run_episode",
     "sb3",
     "training",

@@ -8,7 +8,16 @@ from __future__ import annotations
 
 from gymnasium.error import ClosedEnvironmentError
 
-__all__ = ["ActionError", "ClosedError", "ConfigError", "RenderModeError", "SnapshotError", "SwathError"]
+__all__ = [
+    "ActionError",
+    "ClosedError",
+    "ConfigError",
+    "RemoteError",
+    "RemoteTimeout",
+    "RenderModeError",
+    "SnapshotError",
+    "SwathError",
+]
 
 
 class SwathError(Exception):
@@ -36,3 +45,11 @@ class SnapshotError(SwathError, ValueError):
 
 class ClosedError(SwathError, ClosedEnvironmentError):
     """A call after `close`."""
+
+
+class RemoteError(SwathError):
+    """A server that cannot be reached, is not what it should be, or has lost the session."""
+
+
+class RemoteTimeout(RemoteError):  # noqa: N818 - as Python's own `TimeoutError` is a kind of error by name
+    """A server that has not answered in time: whether it did what was asked is not known until `retry` settles it."""

@@ -11,11 +11,14 @@ from swath import _native
 from swath.errors import ConfigError
 from swath.extras import need
 from swath.registration import ENTRY_POINTS
-from swath.vector import MOST_THREADS, checked_count
+from swath.vector import MOST_ENVS, MOST_THREADS, checked_count
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from typing_extensions import Unpack
 
+    from swath.remote.batch import RemoteBatch
     from swath.scenario import Blocks, ScenarioSource
     from swath.vec_env import MowerRoutingVecEnv
 
@@ -32,6 +35,8 @@ def make_vec_env(
     seed: int | None = None,
     scenario: ScenarioSource = None,
     num_threads: int = 1,
+    connect: str | Sequence[str] | None = None,
+    server: str = "default",
     **blocks: Unpack[Blocks],
 ) -> MowerRoutingVecEnv:
     """Makes a `VecEnv` of stable-baselines3 over the native batch.
@@ -47,10 +52,14 @@ def make_vec_env(
             seeds are drawn.
         scenario: A shipped name, a file, a dictionary, a `Scenario`, or None for the defaults.
         num_threads: Most threads that a step may use; see `MowerRoutingVectorEnv`.
+        connect: The endpoint of a server, or a list of them, that hold the environments; see `swath.remote.make_vec`.
+            None: this process holds them.
+        server: The name that the servers were started with.
         **blocks: Blocks of the scenario, laid over it key by key.
 
     Raises:
         ConfigError: If an argument cannot be used; the message names it.
+        RemoteError: If a server cannot be reached or takes no further session.
         ModuleNotFoundError: If stable-baselines3 or PyTorch is not installed; the message names the extra.
     """
     if env_id not in ENTRY_POINTS:
@@ -60,12 +69,19 @@ def make_vec_env(
         if name in blocks:
             text = f"`{name}` is not a known key; did you mean {meant}?"
             raise ConfigError(text)
-    num_envs = checked_count("num_envs", num_envs, 1_000_000)
+    num_envs = checked_count("num_envs", num_envs, MOST_ENVS)
     num_threads = checked_count("num_threads", num_threads, MOST_THREADS)
     need("`swath.sb3`", "train", "stable_baselines3", "torch")
     from swath.vec_env import MowerRoutingVecEnv
 
-    batch = _native.Batch(_native.Scenario(scenario, **blocks), num_envs, "SameStep", num_threads, copy=True)
+    core = _native.Scenario(scenario, **blocks)
+    batch: _native.Batch | RemoteBatch
+    if connect is None:
+        batch = _native.Batch(core, num_envs, "SameStep", num_threads, copy=True)
+    else:
+        from swath.remote.batch import RemoteBatch
+
+        batch = RemoteBatch(core, num_envs, "SameStep", connect, server=server)
     keywords = {**({} if scenario is None else {"scenario": scenario}), **blocks}
     env = MowerRoutingVecEnv(batch, num_envs, replace(gym.spec(env_id), kwargs=keywords))
     if seed is not None:

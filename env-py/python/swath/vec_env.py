@@ -17,6 +17,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from swath import _native
 from swath.errors import ClosedError, ConfigError
 from swath.evaluation.study import whole
+from swath.remote.batch import RemoteBatch
 from swath.seeds import LARGEST_SEED, drawn_seed
 from swath.spaces import action_space, observation_space
 from swath.vector import weeds_of
@@ -49,7 +50,9 @@ class RowEnv:
     metadata: dict[str, object] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
     render_mode: str | None = None
 
-    def __init__(self, batch: _native.Batch, row: int, spec: EnvSpec, spaces: tuple[Space, Space]) -> None:
+    def __init__(
+        self, batch: _native.Batch | RemoteBatch, row: int, spec: EnvSpec, spaces: tuple[Space, Space]
+    ) -> None:
         """Names the environment in the row `row` of `batch`."""
         self._batch, self._row = batch, row
         self.spec = spec
@@ -104,7 +107,7 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
     `action_mask`; masked learners ask for the masks by `env_method("action_masks")`. Whatever a step returns is fresh.
     """
 
-    def __init__(self, batch: _native.Batch, num_envs: int, spec: EnvSpec) -> None:
+    def __init__(self, batch: _native.Batch | RemoteBatch, num_envs: int, spec: EnvSpec) -> None:
         """Wraps a batch that begins anew in the step that ends an episode."""
         self._batch = batch
         self._is_closed = False
@@ -121,7 +124,7 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
         return self._envs[0].spec
 
     @property
-    def _core(self) -> _native.Batch:
+    def _core(self) -> _native.Batch | RemoteBatch:
         if self._is_closed:
             text = "`reset` and `step` must come before `close`"
             raise ClosedError(text)
@@ -219,6 +222,8 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
 
     def close(self) -> None:
         """Ends the use of the environments; closing twice is fine."""
+        if isinstance(self._batch, RemoteBatch):
+            self._batch.close()
         self._is_closed = True
 
     def get_attr(self, attr_name: str, indices: Indices = None) -> list[object]:

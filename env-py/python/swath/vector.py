@@ -21,9 +21,18 @@ if TYPE_CHECKING:
 
     from typing_extensions import Unpack
 
+    from swath.remote.batch import RemoteBatch
     from swath.scenario import Blocks, Scenario, ScenarioSource
 
-__all__ = ["MOST_THREADS", "MowerRoutingVectorEnv", "Observations", "checked_count", "weeds_of"]
+__all__ = [
+    "MOST_ENVS",
+    "MOST_THREADS",
+    "MowerRoutingVectorEnv",
+    "Observations",
+    "autoreset_from",
+    "checked_count",
+    "weeds_of",
+]
 
 Observations: TypeAlias = "npt.NDArray[np.generic] | dict[str, npt.NDArray[np.generic]]"
 """One array with a row an environment, or a dictionary of such arrays where an observation has several parts."""
@@ -31,7 +40,8 @@ Observations: TypeAlias = "npt.NDArray[np.generic] | dict[str, npt.NDArray[np.ge
 Flags: TypeAlias = "npt.NDArray[np.bool_]"
 Infos: TypeAlias = "dict[str, object]"
 
-_MOST_ENVS = 1_000_000
+MOST_ENVS = 1_000_000
+"""Largest number of environments that may be asked for."""
 
 MOST_THREADS = 1024
 """Largest number of threads that may be asked for."""
@@ -97,11 +107,16 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
         if render_mode is not None:
             text = f"`render_mode` must be None, got {render_mode!r}"
             raise RenderModeError(text)
-        mode = _mode(autoreset_mode)
-        self.num_envs = checked_count("num_envs", num_envs, _MOST_ENVS)
+        mode = autoreset_from(autoreset_mode)
+        num_envs = checked_count("num_envs", num_envs, MOST_ENVS)
         threads = checked_count("num_threads", num_threads, MOST_THREADS)
         core = _native.Scenario(scenario, **blocks)
-        self._batch = _native.Batch(core, self.num_envs, mode.value, threads, copy=bool(copy))
+        self._adopt(_native.Batch(core, num_envs, mode.value, threads, copy=bool(copy)), num_envs, mode)
+
+    def _adopt(self, batch: _native.Batch | RemoteBatch, num_envs: int, mode: AutoresetMode) -> None:
+        """Becomes the face of a batch."""
+        self._batch = batch
+        self.num_envs = num_envs
         self.metadata = {"render_modes": [], "autoreset_mode": mode}
         self.render_mode = None
         self.single_observation_space = observation_space(self._batch.observation_spec)
@@ -120,7 +135,7 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
         return [name for _, _, _, bounds in self._core.observation_spec for name, _, _ in bounds]
 
     @property
-    def _core(self) -> _native.Batch:
+    def _core(self) -> _native.Batch | RemoteBatch:
         if self.closed:
             text = "`reset` and `step` must come before `close`"
             raise ClosedError(text)
@@ -271,7 +286,12 @@ def _is_table(entry: object) -> bool:
     )
 
 
-def _mode(mode: AutoresetMode | str) -> AutoresetMode:
+def autoreset_from(mode: AutoresetMode | str) -> AutoresetMode:
+    """Returns the mode of that name.
+
+    Raises:
+        ConfigError: If there is none.
+    """
     try:
         return AutoresetMode(mode)
     except ValueError:

@@ -1,0 +1,134 @@
+"""Environments on servers, reached over Zenoh; the extra `swath[remote]` brings what it needs.
+
+```python
+far = swath.remote.make_vec("swath/MowerRouting-v0", num_envs=1024, connect="tcp/127.0.0.1:7447")
+```
+
+They are the environments that this process would make itself, bit for bit.
+A message that is lost or late is sent again, and what it asks for is done once.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gymnasium.vector import AutoresetMode
+
+from swath.errors import ConfigError
+from swath.registration import ENTRY_POINTS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from typing_extensions import Unpack
+
+    from swath.remote.env import RemoteEnv
+    from swath.remote.vector import RemoteVectorEnv
+    from swath.scenario import Blocks, ScenarioSource
+
+__all__ = ["make", "make_vec"]
+
+
+def make(
+    env_id: str,
+    *,
+    connect: str,
+    server: str = "default",
+    scenario: ScenarioSource = None,
+    attempt_s: float = 2.0,
+    deadline_s: float = 60.0,
+    client: str = "",
+    zenoh: dict[str, object] | None = None,
+    **blocks: Unpack[Blocks],
+) -> RemoteEnv:
+    """Makes one environment on a server: a `MowerRoutingEnv` elsewhere.
+
+    Args:
+        env_id: `swath/MowerRouting-v0`.
+        connect: The server's endpoint, such as `tcp/127.0.0.1:7447`.
+        server: The name that the server was started with.
+        scenario: A shipped name, a file, a dictionary, a `Scenario`, or None for the defaults.
+        attempt_s: How long to wait for an answer before the same is asked again, seconds.
+        deadline_s: How long to go on asking, seconds.
+        client: Who asks, for the server's logs.
+        zenoh: Further settings of Zenoh by their path, such as those of `transport/link/tls`.
+        **blocks: Blocks of the scenario, laid over it key by key.
+
+    Raises:
+        ConfigError: If an argument or the scenario cannot be used.
+        RemoteError: If the server cannot be reached or takes no further session.
+        ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
+    """
+    _check(env_id)
+    from swath.remote.env import RemoteEnv
+
+    return RemoteEnv(
+        scenario,
+        connect=connect,
+        server=server,
+        attempt_s=attempt_s,
+        deadline_s=deadline_s,
+        client=client,
+        zenoh=zenoh,
+        **blocks,
+    )
+
+
+def make_vec(
+    env_id: str,
+    num_envs: int = 1,
+    *,
+    connect: str | Sequence[str],
+    server: str = "default",
+    scenario: ScenarioSource = None,
+    autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
+    copy: bool = True,
+    attempt_s: float = 2.0,
+    deadline_s: float = 60.0,
+    client: str = "",
+    zenoh: dict[str, object] | None = None,
+    **blocks: Unpack[Blocks],
+) -> RemoteVectorEnv:
+    """Makes many environments on one server or several: a `MowerRoutingVectorEnv` elsewhere.
+
+    Args:
+        env_id: `swath/MowerRouting-v0`.
+        num_envs: How many, shared evenly among the servers.
+        connect: The endpoint of a server, or a list of them; all are asked at the same time.
+        server: The name that the servers were started with.
+        scenario: As for `make`.
+        autoreset_mode: As for `gym.make_vec`.
+        copy: As for `gym.make_vec`.
+        attempt_s: As for `make`.
+        deadline_s: As for `make`.
+        client: As for `make`.
+        zenoh: As for `make`.
+        **blocks: Blocks of the scenario, laid over it key by key.
+
+    Raises:
+        ConfigError: If an argument or the scenario cannot be used.
+        RemoteError: If a server cannot be reached or takes no further session.
+        ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
+    """
+    _check(env_id)
+    from swath.remote.vector import RemoteVectorEnv
+
+    return RemoteVectorEnv(
+        num_envs,
+        scenario,
+        connect=connect,
+        server=server,
+        autoreset_mode=autoreset_mode,
+        copy=copy,
+        attempt_s=attempt_s,
+        deadline_s=deadline_s,
+        client=client,
+        zenoh=zenoh,
+        **blocks,
+    )
+
+
+def _check(env_id: str) -> None:
+    if env_id not in ENTRY_POINTS:
+        text = f"`env_id` must be one of {', '.join(ENTRY_POINTS)}, got {env_id!r}"
+        raise ConfigError(text)

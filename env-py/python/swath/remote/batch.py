@@ -1,0 +1,206 @@
+"""Many environments on servers, with the methods of a batch in this process."""
+
+from __future__ import annotations
+
+import secrets
+import time
+from typing import TYPE_CHECKING
+
+from swath import _native
+from swath.errors import ConfigError
+from swath.remote.link import Link
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from typing import Any, TypeAlias
+
+    import numpy as np
+    import numpy.typing as npt
+
+    from swath.remote.link import Answers
+    from swath.spaces import Bound, Part
+
+__all__ = ["RemoteBatch"]
+
+Step: TypeAlias = "tuple[Any, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, object]]"
+FlatStep: TypeAlias = "tuple[Any, npt.NDArray[np.float32], npt.NDArray[np.bool_], list[dict[str, object]], list[int]]"
+
+
+class RemoteBatch:
+    """A batch whose rows lie on one server or several, some neighbouring ones on each.
+
+    Each server is asked at the same time. What got lost on the way is asked again, and is done once.
+    """
+
+    def __init__(
+        self,
+        scenario: _native.Scenario,
+        num_envs: int,
+        autoreset_mode: str,
+        connect: str | Sequence[str],
+        *,
+        server: str = "default",
+        copy: bool = True,
+        attempt_s: float = 2.0,
+        deadline_s: float = 60.0,
+        client: str = "",
+        zenoh: dict[str, object] | None = None,
+    ) -> None:
+        """Opens a session on every server.
+
+        Raises:
+            ConfigError: If an argument cannot be used.
+            RemoteError: If a server cannot be reached or takes no further session.
+        """
+        endpoints = [connect] if isinstance(connect, str) else list(connect)
+        if not 1 <= len(endpoints) <= num_envs:
+            text = f"`connect` must name from 1 to {num_envs} servers, no more than environments, got {connect!r}"
+            raise ConfigError(text)
+        share, rest = divmod(num_envs, len(endpoints))
+        rows = [share + (part < rest) for part in range(len(endpoints))]
+        self._start_s = time.monotonic()
+        self._core = _native.RemoteBatch(
+            scenario,
+            rows,
+            autoreset_mode,
+            copy=copy,
+            attempt_ms=_ms("attempt_s", attempt_s),
+            deadline_ms=_ms("deadline_s", deadline_s),
+            jitter_seed=secrets.randbits(64),
+        )
+        self._links: list[Link] = []
+        try:
+            self._links += [Link(endpoint, server, attempt_s, zenoh) for endpoint in endpoints]
+            nonces = [secrets.randbits(128) for _ in endpoints]
+            self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client))
+            self._core.finish_open()
+            for part, link in enumerate(self._links):
+                link.hold(self._core.lease(part))
+        except BaseException:
+            self._leave()
+            raise
+
+    @property
+    def scenario(self) -> _native.Scenario:
+        """The scenario with every key resolved."""
+        return self._core.scenario
+
+    @property
+    def observation_spec(self) -> list[Part]:
+        """The parts of an observation of one environment."""
+        return self._core.observation_spec
+
+    @property
+    def action_spec(self) -> list[Bound] | int:
+        """What an action is."""
+        return self._core.action_spec
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether every row has begun an episode."""
+        return self._core.has_begun
+
+    @property
+    def action_masks(self) -> npt.NDArray[np.bool_]:
+        """Which choices are open; an `AttributeError` where actions are no choices."""
+        return self._core.action_masks
+
+    def reset(
+        self,
+        seeds: Sequence[int | None],
+        mask: npt.NDArray[np.bool_] | None = None,
+        weeds: Sequence[object] = (),
+        first_seed: int | None = None,
+    ) -> tuple[Any, dict[str, object]]:
+        """Begins episodes, as the native batch does."""
+        self._call(lambda now_ms: self._core.begin_reset(now_ms, seeds, mask, list(weeds), first_seed))
+        return self._core.finish_reset()
+
+    def step(self, actions: object) -> Step:
+        """Steps every row, as Gymnasium wants it."""
+        self._call(lambda now_ms: self._core.begin_step(now_ms, actions))
+        return self._core.finish_step()
+
+    def step_flat(self, actions: object, elapsed_s: float) -> FlatStep:
+        """Steps every row, as stable-baselines3 wants it."""
+        self._call(lambda now_ms: self._core.begin_step(now_ms, actions))
+        return self._core.finish_step_flat(elapsed_s)
+
+    def snapshot(self, row: int | None = None) -> bytes:
+        """Returns the state as bytes: of all rows, or of one."""
+        self._call(lambda now_ms: self._core.begin_snapshot(now_ms, row))
+        return self._core.finish_snapshot(row)
+
+    def restore(self, snapshot: bytes, row: int | None = None) -> None:
+        """Puts back what `snapshot` returned."""
+        self._call(lambda now_ms: self._core.begin_restore(now_ms, snapshot, row))
+        self._core.finish_restore()
+
+    def retry(self) -> Step:
+        """Asks once more for a step that was not answered in time, and returns what it brought.
+
+        Raises:
+            RemoteTimeout: If it is not answered this time either.
+        """
+        self._call(self._core.retry)
+        return self._core.finish_step()
+
+    def close(self) -> None:
+        """Ends the sessions; a server that does not answer within a second is left alone."""
+        if not self._links:
+            return
+        try:
+            self._call(self._core.begin_close, most_s=1.0)
+        except Exception:
+            pass
+        finally:
+            self._leave()
+
+    def _leave(self) -> None:
+        links, self._links = self._links, []
+        for link in links:
+            link.close()
+
+    def _now_ms(self) -> int:
+        return int(1000 * (time.monotonic() - self._start_s))
+
+    def _call(self, begin: Callable[[int], None], *, most_s: float = float("inf")) -> None:
+        """Begins a call, and moves messages until every server has answered or is given up."""
+        begin(self._now_ms())
+        end_s = time.monotonic() + most_s
+        waiting = set(range(len(self._links)))
+        while waiting and time.monotonic() < end_s:
+            wake_ms: list[int] = []
+            asked = []
+            for part in sorted(waiting):
+                what, verb, message, number = self._core.poll(part, self._now_ms())
+                if what == "send":
+                    assert verb is not None, "a message has a verb"
+                    assert message is not None, "and bytes"
+                    asked.append((part, self._links[part].ask(verb, message)))
+                elif what == "wait":
+                    wake_ms.append(number)
+                else:
+                    waiting.discard(part)
+            for part, answers in asked:
+                self._take_in(part, answers)
+            if not asked and wake_ms:
+                time.sleep(max(0, min(wake_ms) - self._now_ms()) / 1000)
+
+    def _take_in(self, part: int, answers: Answers) -> None:
+        is_silent = True
+        for message in answers:
+            is_silent = False
+            if message is None:
+                self._core.on_timeout(part, self._now_ms())
+            else:
+                self._core.on_reply(part, self._now_ms(), message)
+        if is_silent:
+            self._core.on_nothing(part, self._now_ms())
+
+
+def _ms(field: str, seconds: float) -> int:
+    if not (isinstance(seconds, int | float) and 0.001 <= seconds <= 86_400):
+        text = f"`{field}` must be from 0.001 to 86400 seconds, got {seconds!r}"
+        raise ConfigError(text)
+    return int(1000 * seconds)

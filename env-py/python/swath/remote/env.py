@@ -1,0 +1,131 @@
+"""One environment on a server, as Gymnasium's `Env`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import gymnasium as gym
+import numpy as np
+import numpy.typing as npt
+
+from swath import _native
+from swath.errors import ClosedError
+from swath.remote.batch import RemoteBatch
+from swath.seeds import drawn_seed
+from swath.spaces import action_space, observation_space
+from swath.vector import weeds_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any, TypeAlias
+
+    from typing_extensions import Unpack
+
+    from swath.scenario import Blocks, Scenario, ScenarioSource
+
+__all__ = ["RemoteEnv"]
+
+Observation: TypeAlias = "npt.NDArray[np.generic] | dict[str, npt.NDArray[np.generic]]"
+
+
+class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
+    """A `MowerRoutingEnv`, which describes it, on a server; `swath.remote.make` makes it."""
+
+    metadata: dict[str, object] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
+
+    def __init__(
+        self,
+        scenario: ScenarioSource = None,
+        *,
+        connect: str,
+        server: str = "default",
+        attempt_s: float = 2.0,
+        deadline_s: float = 60.0,
+        client: str = "",
+        zenoh: dict[str, object] | None = None,
+        **blocks: Unpack[Blocks],
+    ) -> None:
+        """Opens a session; see `swath.remote.make`."""
+        self._batch: RemoteBatch | None = RemoteBatch(
+            _native.Scenario(scenario, **blocks),
+            1,
+            "Disabled",
+            connect,
+            server=server,
+            attempt_s=attempt_s,
+            deadline_s=deadline_s,
+            client=client,
+            zenoh=zenoh,
+        )
+        self.observation_space = observation_space(self._core.observation_spec)
+        self.action_space = action_space(self._core.action_spec)
+
+    @property
+    def scenario(self) -> Scenario:
+        """The scenario with every key resolved."""
+        return self._core.scenario
+
+    @property
+    def _core(self) -> RemoteBatch:
+        if self._batch is None:
+            text = "`reset` and `step` must come before `close`"
+            raise ClosedError(text)
+        return self._batch
+
+    def reset(
+        self, *, seed: int | None = None, options: Mapping[str, object] | None = None
+    ) -> tuple[Observation, dict[str, object]]:
+        """Begins an episode, as `MowerRoutingEnv.reset` does."""
+        batch = self._core
+        super().reset(seed=seed)
+        first_seed = None if batch.has_begun or seed is not None else drawn_seed(self.np_random)
+        weeds = weeds_of(options, 1)
+        observations, infos = batch.reset([seed], None, weeds, first_seed)
+        return _first(observations), _info(infos)
+
+    def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, object]]:
+        """Steps, as `MowerRoutingEnv.step` does."""
+        observations, rewards, terminated, truncated, infos = self._core.step(np.asarray(action)[np.newaxis])
+        return _first(observations), float(rewards[0]), bool(terminated[0]), bool(truncated[0]), _info(infos)
+
+    def action_masks(self) -> npt.NDArray[np.bool_]:
+        """Returns which choices are open, as sb3-contrib asks for them."""
+        masks: npt.NDArray[np.bool_] = self._core.action_masks
+        first: npt.NDArray[np.bool_] = masks[0]
+        return first
+
+    def snapshot(self) -> bytes:
+        """Returns the state as bytes, if the server allows it; a `MowerRoutingEnv` can restore it too."""
+        return self._core.snapshot(0)
+
+    def restore(self, snapshot: bytes) -> None:
+        """Puts back what `snapshot` returned, here or anywhere else."""
+        self._core.restore(snapshot, 0)
+
+    def close(self) -> None:
+        """Ends the session; closing twice is fine."""
+        if self._batch is not None:
+            self._batch.close()
+            self._batch = None
+
+
+def _first(observations: Any) -> Observation:  # noqa: ANN401 - an array or a dictionary of them
+    if isinstance(observations, dict):
+        return {name: part[0] for name, part in observations.items()}
+    first: npt.NDArray[np.generic] = observations[0]
+    return first
+
+
+def _info(infos: dict[str, Any]) -> dict[str, object]:
+    """Returns the info of the only environment."""
+    info: dict[str, object] = {}
+    for name, column in infos.items():
+        if name.startswith("_") or not infos[f"_{name}"][0]:
+            continue
+        if isinstance(column, dict):
+            info[name] = _info(column)
+        elif column.ndim > 1:
+            info[name] = column[0]
+        else:
+            info[name] = column[0].item() if isinstance(column[0], np.generic) else column[0]
+    return info

@@ -1,0 +1,575 @@
+//! Many environments on servers: what is asked of them, and what Python is given of their answers.
+//!
+//! Bytes go in and out; Python moves them. The rows of a batch may lie on several servers, some neighbouring ones on each.
+
+use numpy::{PyArray2, PyReadonlyArray1};
+use pyo3::exceptions::PyAttributeError;
+use pyo3::prelude::*;
+use pyo3::types::{PyBytes, PyDict};
+use swath_core::action::{ActionError, ActionSpec};
+use swath_core::batch::{
+    Actions, Autoreset, BatchEnv, BatchError, BatchOptions, Last, joined, split,
+};
+use swath_core::geometry::Point;
+use swath_core::observation::{Observation, Sizes};
+use swath_wire::client::{ClientError, ClientOptions, ClientOutput, ClientSession};
+use swath_wire::codec;
+use swath_wire::fault::Fault;
+use swath_wire::header::{Header, Verb};
+use swath_wire::hosted::ENV_ID;
+use swath_wire::layout::Layout;
+use swath_wire::message::{
+    AutoresetMode, Open, OpenReply, Reset, ResetReply, Restore, Seeds, Snapshot, SnapshotReply,
+    Step, StepReply,
+};
+use swath_wire::numbers::bytes_of;
+use swath_wire::received::{EndedMut, InfoMut, read_reset, read_step};
+
+use crate::action::ActionBuffer;
+use crate::batch::autoreset_from;
+use crate::errors::Error;
+use crate::face::{Ends, Face, FlatStep, Step as FaceStep};
+use crate::infos::table;
+use crate::scenario::Scenario;
+use crate::seed::{Seed, seeds_of_rows};
+use crate::spec::{self, ActionForm, PartTuple};
+use crate::weeds::weeds_of_rows;
+
+type ResetTuple<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
+
+/// What Python has to do next for one server: `("send", verb, message, timeout_ms)`, `("wait", until_ms)`, `("done",)` or
+/// `("idle",)`.
+type Poll<'py> = (&'static str, Option<&'static str>, Option<Bound<'py, PyBytes>>, u64);
+
+/// Many pastures with one mower each, on one server or several.
+///
+/// A call begins with `begin_...`, goes on with `poll` and `on_...` for every server until each is done, and ends with
+/// `finish_...`, which raises what went wrong. Nothing here waits or knows what time it is.
+#[pyclass(module = "swath._native")]
+pub(crate) struct RemoteBatch {
+    scenario: Py<Scenario>,
+    /// One environment of the scenario, which knows all that needs no server.
+    template: BatchEnv,
+    layout: Layout,
+    autoreset: Autoreset,
+    rows: usize,
+    parts: Vec<Part>,
+    states: Vec<State>,
+    actions: ActionBuffer,
+    face: Face,
+    last: Vec<Option<Last>>,
+    last_observation: Observation,
+    last_mask: Vec<bool>,
+    /// Which choices are open in every row.
+    masks: Vec<bool>,
+    /// The rows that the reset in flight begins.
+    begun: Vec<bool>,
+}
+
+/// Neighbouring rows on one server.
+struct Part {
+    session: ClientSession,
+    first: usize,
+    rows: usize,
+    reply: Option<Result<Vec<u8>, ClientError>>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum State {
+    Unstarted,
+    Running,
+    Ended,
+}
+
+#[pymethods]
+impl RemoteBatch {
+    #[new]
+    #[pyo3(signature = (scenario, rows_of_parts, autoreset_mode, *, copy, attempt_ms, deadline_ms, jitter_seed))]
+    fn new(
+        scenario: Bound<Scenario>,
+        rows_of_parts: Vec<usize>,
+        autoreset_mode: &str,
+        copy: bool,
+        attempt_ms: u64,
+        deadline_ms: u64,
+        jitter_seed: u64,
+    ) -> Result<Self, Error> {
+        let autoreset = autoreset_from(autoreset_mode)?;
+        let options = BatchOptions { rows: 1, autoreset, threads: 1 };
+        let template = BatchEnv::new(&scenario.get().scenario, options)?;
+        let mut rows = 0;
+        let mut parts = Vec::new();
+        for (of_part, ahead) in rows_of_parts.into_iter().zip(0..) {
+            let options = ClientOptions {
+                attempt_ms,
+                deadline_ms,
+                jitter_seed: jitter_seed.wrapping_add(ahead),
+                ..ClientOptions::default()
+            };
+            let session = ClientSession::new(options);
+            parts.push(Part { session, first: rows, rows: of_part, reply: None });
+            rows += of_part;
+        }
+        let choices = template.mask_width();
+        let is_same_step = autoreset == Autoreset::SameStep;
+        let (last_rows, last_choices) = if is_same_step { (rows, choices) } else { (0, 0) };
+        Ok(Self {
+            layout: Layout::of(&template),
+            face: Face::new(template.observation_spec(), rows, autoreset, choices, copy),
+            last_observation: template.observation_spec().rows(last_rows),
+            last_mask: vec![false; rows * last_choices],
+            masks: vec![false; rows * choices],
+            scenario: scenario.unbind(),
+            template,
+            autoreset,
+            rows,
+            parts,
+            states: vec![State::Unstarted; rows],
+            actions: ActionBuffer::default(),
+            last: vec![None; rows],
+            begun: vec![false; rows],
+        })
+    }
+
+    /// The scenario that the environments were made for.
+    #[getter]
+    fn scenario(&self, py: Python) -> Py<Scenario> {
+        self.scenario.clone_ref(py)
+    }
+
+    /// The parts of an observation of one environment.
+    #[getter]
+    fn observation_spec(&self) -> Vec<PartTuple> {
+        spec::parts(self.template.observation_spec())
+    }
+
+    /// Name, lowest and highest value of every number of an action, or the number of choices.
+    #[getter]
+    fn action_spec(&self) -> ActionForm {
+        spec::action(self.template.decoder().spec())
+    }
+
+    /// Whether every row has begun an episode.
+    #[getter]
+    fn has_begun(&self) -> bool {
+        self.states.iter().all(|&state| state != State::Unstarted)
+    }
+
+    /// Which choices of the action are open, (rows, choices); an `AttributeError` where actions are no choices.
+    #[getter]
+    fn action_masks<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
+        let ActionSpec::Discrete(choices) = self.template.decoder().spec() else {
+            return Err(PyAttributeError::new_err("actions of this kind are not masked"));
+        };
+        if self.masks.is_empty() {
+            return table(py, &vec![true; self.rows * choices], self.rows);
+        }
+        table(py, &self.masks, self.rows)
+    }
+
+    /// The name of the lease of one server's session.
+    fn lease(&self, part: usize) -> String {
+        format!("{:032x}", self.parts[part].session.lid().unwrap_or_default())
+    }
+
+    /// What to do next for one server.
+    fn poll<'py>(&mut self, py: Python<'py>, part: usize, now_ms: u64) -> Poll<'py> {
+        let part = &mut self.parts[part];
+        match part.session.poll(now_ms) {
+            ClientOutput::Send { verb, message, timeout_ms } => {
+                ("send", Some(verb.name()), Some(PyBytes::new(py, &message)), timeout_ms)
+            }
+            ClientOutput::Wait { until_ms } => ("wait", None, None, until_ms),
+            ClientOutput::Done(reply) => {
+                part.reply = Some(reply);
+                ("done", None, None, 0)
+            }
+            ClientOutput::Idle => ("idle", None, None, 0),
+        }
+    }
+
+    /// A server has answered.
+    fn on_reply(&mut self, part: usize, now_ms: u64, message: &[u8]) {
+        self.parts[part].session.on_reply(now_ms, message);
+    }
+
+    /// Nobody has answered, and nobody will.
+    fn on_nothing(&mut self, part: usize, now_ms: u64) {
+        self.parts[part].session.on_nothing(now_ms);
+    }
+
+    /// Nobody has answered in time.
+    fn on_timeout(&mut self, part: usize, now_ms: u64) {
+        self.parts[part].session.on_timeout(now_ms);
+    }
+
+    /// Asks every server that has not answered the last call the same once more.
+    fn retry(&mut self, now_ms: u64) -> Result<(), Error> {
+        for part in &mut self.parts {
+            if let Some(Err(ClientError::Timeout { .. })) = part.reply {
+                part.reply = None;
+                part.session.retry(now_ms)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Asks for a session on every server.
+    fn begin_open(&mut self, now_ms: u64, nonces: Vec<u128>, client: &str) -> Result<(), Error> {
+        let config = self.scenario.get().scenario.to_toml();
+        let autoreset = match self.autoreset {
+            Autoreset::NextStep => AutoresetMode::NextStep,
+            Autoreset::SameStep => AutoresetMode::SameStep,
+            Autoreset::Disabled => AutoresetMode::Disabled,
+        };
+        for (part, nonce) in self.parts.iter_mut().zip(nonces) {
+            part.reply = None;
+            let open = Open {
+                nonce,
+                env_id: ENV_ID.to_owned(),
+                config: config.clone(),
+                num_envs: u32::try_from(part.rows).unwrap_or(u32::MAX),
+                autoreset,
+                hash_every: 0,
+                snapshot: None,
+                client: client.to_owned(),
+            };
+            part.session.open(now_ms, &open)?;
+        }
+        Ok(())
+    }
+
+    /// The sessions are there.
+    fn finish_open(&mut self) -> Result<(), Error> {
+        for reply in self.replies()? {
+            let (_, payload) = Header::read(&reply).map_err(Fault::from)?;
+            let reply: OpenReply = codec::read(payload)?;
+            let got = (&reply.observation, &reply.action, &reply.info, &reply.ended);
+            let Layout { observation, action, info, ended } = &self.layout;
+            if got != (observation, action, info, ended) {
+                return Err(Error::Remote(
+                    "the server has another version of swath: its tables differ".to_owned(),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Asks for episodes; see `Batch.reset`.
+    #[pyo3(signature = (now_ms, seeds, mask=None, weeds=Vec::new(), first_seed=None))]
+    fn begin_reset<'py>(
+        &mut self,
+        now_ms: u64,
+        seeds: Vec<Option<Seed>>,
+        mask: Option<PyReadonlyArray1<'py, bool>>,
+        weeds: Vec<Option<Bound<'py, PyAny>>>,
+        first_seed: Option<u64>,
+    ) -> Result<(), Error> {
+        let mask = mask.map_or_else(|| vec![true; self.rows], |mask| mask.as_array().to_vec());
+        let has_begun = |row: usize| self.states[row] != State::Unstarted;
+        let seeds = seeds_of_rows(seeds, &mask, first_seed, has_begun)?;
+        let bytes = |points: Vec<Point>| bytes_of(points.iter().flat_map(|at| [at.x, at.y]));
+        let weeds: Vec<Option<Vec<u8>>> = weeds_of_rows(weeds, self.template.rows()[0].site())?
+            .into_iter()
+            .map(|points| points.map(bytes))
+            .collect();
+        for part in &mut self.parts {
+            let rows = part.first..part.first + part.rows;
+            let there = bytes_of(seeds[rows.clone()].iter().map(Option::is_some));
+            let numbers = bytes_of(seeds[rows.clone()].iter().map(|seed| seed.unwrap_or_default()));
+            let table = [there, numbers].concat();
+            let of_part = if weeds.len() == self.rows { &weeds[rows.clone()] } else { &weeds[..] };
+            let reset = Reset {
+                seeds: Seeds::Some(&table),
+                mask: &bytes_of(mask[rows].iter().copied()),
+                weeds: of_part.iter().map(Option::as_deref).collect(),
+            };
+            part.reply = None;
+            part.session.call(now_ms, Verb::Reset, &reset)?;
+        }
+        self.begun = mask;
+        Ok(())
+    }
+
+    /// The episodes have begun.
+    fn finish_reset<'py>(&mut self, py: Python<'py>) -> Result<ResetTuple<'py>, Error> {
+        let mask = std::mem::take(&mut self.begun);
+        let observation = self.receive_present(py, &mask)?;
+        Ok((observation, self.face.begun_infos(py, &mask)?))
+    }
+
+    /// Asks for a step of every row; see `Batch.step`.
+    fn begin_step(&mut self, now_ms: u64, actions: &Bound<PyAny>) -> Result<(), Error> {
+        let decoder = *self.template.decoder();
+        let actions = self.actions.read(actions, decoder.spec(), self.rows)?;
+        let width = match decoder.spec() {
+            ActionSpec::Continuous(bounds) => bounds.len(),
+            ActionSpec::Discrete(_) => 1,
+        };
+        // Refused here, so that no server has moved when another refuses.
+        for (row, &state) in self.states.iter().enumerate() {
+            let error = match state {
+                State::Unstarted => Err(ActionError::NotReset),
+                State::Ended if self.autoreset != Autoreset::NextStep => {
+                    Err(ActionError::EpisodeOver)
+                }
+                State::Ended => Ok(()),
+                State::Running => decoder.decode(actions.row(row, width)).map(|_| ()),
+            };
+            error.map_err(|error| BatchError::Row { row, error })?;
+        }
+        settled(&self.parts)?;
+        for part in &mut self.parts {
+            let (start, end) = (part.first * width, (part.first + part.rows) * width);
+            let table = match actions {
+                Actions::Continuous(numbers) => bytes_of(numbers[start..end].iter().copied()),
+                Actions::Discrete(choices) => bytes_of(choices[start..end].iter().copied()),
+            };
+            part.reply = None;
+            part.session.call(now_ms, Verb::Step, &Step { actions: vec![&table] })?;
+        }
+        Ok(())
+    }
+
+    /// The step is made, as Gymnasium wants it.
+    fn finish_step<'py>(&mut self, py: Python<'py>) -> Result<FaceStep<'py>, Error> {
+        let (observation, ended) = self.receive_step(py)?;
+        self.face.step(py, observation, ended, &self.ends())
+    }
+
+    /// The step is made, as stable-baselines3 wants it.
+    fn finish_step_flat<'py>(
+        &mut self,
+        py: Python<'py>,
+        elapsed_s: f64,
+    ) -> Result<FlatStep<'py>, Error> {
+        let (observation, ended) = self.receive_step(py)?;
+        let Self { face, last, last_observation, last_mask, .. } = self;
+        let ends = Ends {
+            last: Box::new(|row: usize| last[row].as_ref()),
+            observation: last_observation,
+            masks: last_mask,
+        };
+        face.step_flat(py, observation, ended, &ends, elapsed_s)
+    }
+
+    /// Asks for the state as bytes: of all rows, or of one.
+    #[pyo3(signature = (now_ms, row=None))]
+    fn begin_snapshot(&mut self, now_ms: u64, row: Option<usize>) -> Result<(), Error> {
+        settled(&self.parts)?;
+        for part in &mut self.parts {
+            part.reply = None;
+            let Some(env) = place(part, row) else { continue };
+            part.session.call(now_ms, Verb::Snapshot, &Snapshot { env })?;
+        }
+        Ok(())
+    }
+
+    /// The state as bytes.
+    #[pyo3(signature = (row=None))]
+    fn finish_snapshot<'py>(
+        &mut self,
+        py: Python<'py>,
+        row: Option<usize>,
+    ) -> Result<Bound<'py, PyBytes>, Error> {
+        let sizes: Vec<usize> = self.parts.iter().map(|part| part.rows).collect();
+        let mut rows: Vec<Vec<u8>> = Vec::new();
+        for (reply, size) in self.replies()?.iter().zip(sizes) {
+            let (_, payload) = Header::read(reply).map_err(Fault::from)?;
+            let reply: SnapshotReply = codec::read(payload)?;
+            if row.is_some() {
+                return Ok(PyBytes::new(py, reply.data));
+            }
+            rows.extend(split(reply.data, size)?);
+        }
+        Ok(PyBytes::new(py, &joined(&rows)))
+    }
+
+    /// Asks to put back what `snapshot` returned, all rows or one.
+    #[pyo3(signature = (now_ms, snapshot, row=None))]
+    fn begin_restore(
+        &mut self,
+        now_ms: u64,
+        snapshot: &[u8],
+        row: Option<usize>,
+    ) -> Result<(), Error> {
+        settled(&self.parts)?;
+        // Looked through here, so that no server has changed when another refuses.
+        let rows = match row {
+            Some(_) => vec![snapshot.to_vec()],
+            None => split(snapshot, self.rows)?,
+        };
+        let mut ended = Vec::with_capacity(rows.len());
+        for row in &rows {
+            self.template.restore_row(0, row)?;
+            ended.push(self.template.rows()[0].end());
+        }
+        self.begun = vec![false; self.rows];
+        for (place, end) in ended.into_iter().enumerate() {
+            self.states[row.unwrap_or(place)] = match end {
+                None => State::Unstarted,
+                Some(swath_core::episode::End::Running) => State::Running,
+                Some(_) => State::Ended,
+            };
+        }
+        for part in &mut self.parts {
+            part.reply = None;
+            let Some(env) = place(part, row) else { continue };
+            let data = match row {
+                Some(_) => snapshot.to_vec(),
+                None => joined(&rows[part.first..part.first + part.rows]),
+            };
+            part.session.call(now_ms, Verb::Restore, &Restore { env, data: &data })?;
+        }
+        (0..self.rows)
+            .filter(|&place| row.is_none_or(|row| row == place))
+            .for_each(|row| self.face.forget(row));
+        Ok(())
+    }
+
+    /// The state is put back.
+    fn finish_restore(&mut self) -> Result<(), Error> {
+        self.replies()?;
+        Ok(())
+    }
+
+    /// Ends every session.
+    fn begin_close(&mut self, now_ms: u64) -> Result<(), Error> {
+        for part in &mut self.parts {
+            part.reply = None;
+            part.session.call_empty(now_ms, Verb::Close)?;
+        }
+        Ok(())
+    }
+
+    /// The sessions are over.
+    fn finish_close(&mut self) -> Result<(), Error> {
+        self.replies()?;
+        Ok(())
+    }
+}
+
+/// What to ask a server for, if the row is one of its own: its place there, or all.
+#[expect(clippy::option_option, reason = "None asks for nothing, Some(None) for all rows")]
+fn place(part: &Part, row: Option<usize>) -> Option<Option<u32>> {
+    match row {
+        None => Some(None),
+        Some(row) => {
+            let place = row.checked_sub(part.first).filter(|&place| place < part.rows)?;
+            Some(Some(u32::try_from(place).expect("rows are few")))
+        }
+    }
+}
+
+/// Whether every server has answered the last call: until then, nothing may follow that goes by its result.
+fn settled(parts: &[Part]) -> Result<(), Error> {
+    if parts.iter().any(|part| part.session.is_in_doubt()) {
+        return Err(ClientError::InDoubt.into());
+    }
+    Ok(())
+}
+
+impl RemoteBatch {
+    /// What every server that was asked has answered.
+    fn replies(&mut self) -> Result<Vec<Vec<u8>>, Error> {
+        let has_failed = |part: &Part| matches!(part.reply, Some(Err(_)));
+        if let Some(part) = self.parts.iter_mut().find(|part| has_failed(part)) {
+            // A server that has not answered in time can be asked once more.
+            let error = match &part.reply {
+                Some(Err(error)) => error.clone(),
+                _ => unreachable!("it has failed"),
+            };
+            return Err(error.into());
+        }
+        let replies: Vec<_> =
+            self.parts.iter_mut().filter_map(|part| part.reply.take()?.ok()).collect();
+        if replies.is_empty() {
+            return Err(ClientError::NothingToRetry.into());
+        }
+        Ok(replies)
+    }
+
+    fn ends(&self) -> Ends<'_> {
+        Ends {
+            last: Box::new(|row: usize| self.last[row].as_ref()),
+            observation: &self.last_observation,
+            masks: &self.last_mask,
+        }
+    }
+
+    /// Takes in what the servers say of a step. Returns the observations and how many episodes ended.
+    fn receive_step<'py>(&mut self, py: Python<'py>) -> Result<(Bound<'py, PyAny>, usize), Error> {
+        let replies = self.replies()?;
+        let Self {
+            face, parts, last, last_observation, last_mask, template, states, masks, ..
+        } = self;
+        let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
+        let is_same_step = self.autoreset == Autoreset::SameStep;
+        let last_sizes = if is_same_step { sizes } else { Sizes::default() };
+        // In the other modes nobody asks for the mask of an episode that ended.
+        let mut unused = vec![false; if is_same_step { 0 } else { masks.len() }];
+        let mut last_mask = if is_same_step { &mut last_mask[..] } else { &mut unused[..] };
+        face.write(py, |table, observation| {
+            let mut out = table.out(observation);
+            let (mut last, mut last_observation) = (&mut last[..], last_observation.as_mut());
+            let mut ended = 0;
+            for (part, reply) in parts.iter().zip(&replies) {
+                let (_, payload) = Header::read(reply).map_err(Fault::from)?;
+                let reply: StepReply = codec::read(payload)?;
+                let (of_part, rest) = out.split_at(part.rows, sizes, choices);
+                out = rest;
+                let (last_of_part, rest) = last.split_at_mut(part.rows);
+                last = rest;
+                let (observation, rest) = last_observation.split_at(part.rows, last_sizes);
+                last_observation = rest;
+                let (mask, rest) = last_mask.split_at_mut(part.rows * choices);
+                last_mask = rest;
+                let into = EndedMut { last: last_of_part, observation, mask };
+                ended += read_step(&reply, of_part, into)?;
+            }
+            for (row, state) in states.iter_mut().enumerate() {
+                let has_ended = table.terminated[row] || table.truncated[row];
+                *state = if has_ended && !is_same_step { State::Ended } else { State::Running };
+            }
+            masks.copy_from_slice(&table.action_mask);
+            Ok(ended)
+        })
+    }
+
+    /// Takes in the state of every row after those of `mask` have begun.
+    fn receive_present<'py>(
+        &mut self,
+        py: Python<'py>,
+        mask: &[bool],
+    ) -> Result<Bound<'py, PyAny>, Error> {
+        let replies = self.replies()?;
+        let Self { face, parts, template, states, masks, .. } = self;
+        let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
+        face.begin(mask);
+        let (observation, ()) = face.write(py, |table, observation| {
+            let mut out = table.out(observation);
+            for (part, reply) in parts.iter().zip(&replies) {
+                let (_, payload) = Header::read(reply).map_err(Fault::from)?;
+                let reply: ResetReply = codec::read(payload)?;
+                let (of_part, rest) = out.split_at(part.rows, sizes, choices);
+                out = rest;
+                let info = InfoMut {
+                    weed: of_part.weed,
+                    path: of_part.path,
+                    failure: of_part.failure,
+                    is_clipped: of_part.is_clipped,
+                    distance_m: of_part.distance_m,
+                    action_mask: of_part.action_mask,
+                };
+                read_reset(&reply, of_part.observation, info)?;
+            }
+            for row in (0..mask.len()).filter(|&row| mask[row]) {
+                states[row] = State::Running;
+                let places = row * choices..(row + 1) * choices;
+                masks[places.clone()].copy_from_slice(&table.action_mask[places]);
+            }
+            Ok(())
+        })?;
+        Ok(observation)
+    }
+}

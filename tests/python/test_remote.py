@@ -1,0 +1,320 @@
+"""Environments on real servers, over real Zenoh sessions on this machine's loopback."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import textwrap
+import time
+from pathlib import Path
+
+import gymnasium as gym
+import numpy as np
+import pytest
+
+import swath
+from swath.registration import ENV_ID
+
+TARGET = Path(os.environ.get("CARGO_TARGET_DIR", Path(__file__).parents[2] / "target"))
+SERVER = TARGET / "debug/swath-server"
+
+SHORT = {"episode": {"budget": 0.01}, "pasture": {"headland_m": 2.0}}
+
+pytestmark = pytest.mark.skipif(not SERVER.exists(), reason="needs the server: `make server` builds it")
+
+
+class Server:
+    """A server process on a free port."""
+
+    def __init__(self, *flags: str) -> None:
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+        self.flags = flags
+        self.start()
+
+    def start(self) -> None:
+        command = [str(SERVER), "--listen", self.endpoint, *self.flags]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        assert line == f"swath-server ready: {self.endpoint} default\n", line
+
+    def end(self, how: signal.Signals = signal.SIGTERM) -> int:
+        if self.process.poll() is None:
+            self.process.send_signal(how)
+        status = self.process.wait(10)
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+        return status
+
+
+@pytest.fixture(scope="module")
+def server():
+    server = Server("--allow-snapshot")
+    yield server
+    server.end()
+
+
+@pytest.fixture
+def own_server():
+    server = Server("--allow-snapshot", "--grace-ms", "300", "--max-sessions", "2")
+    yield server
+    server.end(signal.SIGKILL)
+
+
+def actions_for(vec, rng):
+    space = vec.single_action_space
+    if isinstance(space, gym.spaces.Discrete):
+        return rng.integers(0, 3, vec.num_envs)
+    return rng.uniform(-1, 1, (vec.num_envs, *space.shape)).astype(np.float32)
+
+
+def same(one, other):
+    """Tells whether two results hold the same bits, types and shapes."""
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
+    if isinstance(one, tuple | list):
+        return len(one) == len(other) and all(map(same, one, other))
+    if isinstance(one, np.ndarray) and one.dtype == object:
+        return one.shape == other.shape and all(map(same, one, other))
+    if isinstance(one, np.ndarray):
+        return one.dtype == other.dtype and one.shape == other.shape and one.tobytes() == other.tobytes()
+    return type(one) is type(other) and one == other
+
+
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
+@pytest.mark.parametrize(
+    ("observation", "action"),
+    [("features", "steer"), ("maps", "discrete"), ("candidates", "target"), ("dict", "drive")],
+)
+def test_environments_elsewhere_go_the_same_way_to_the_bit(server, mode, observation, action):
+    blocks = {**SHORT, "observation": {"kind": observation}, "action": {"kind": action}, "autoreset_mode": mode}
+    here = gym.make_vec(ENV_ID, num_envs=5, **blocks)
+    far = swath.remote.make_vec(ENV_ID, 5, connect=[server.endpoint, server.endpoint], **blocks)
+    rng = np.random.default_rng(0)
+    assert same(here.reset(seed=[3, 1, 4, 1, 5]), far.reset(seed=[3, 1, 4, 1, 5]))
+    ended = 0
+    for _ in range(120):
+        actions = actions_for(here, rng)
+        one, other = here.step(actions), far.step(actions)
+        assert all(map(same, one, other))
+        done = one[2] | one[3]
+        ended += done.sum()
+        if action == "target":
+            assert same(here.unwrapped._core.action_masks, far._core.action_masks)
+        if mode == "Disabled" and done.any():
+            options = {"reset_mask": done}
+            assert same(here.reset(options=options), far.reset(options=options))
+    assert ended > 0
+    assert here.unwrapped.snapshot() == far.snapshot()
+    far.close()
+
+
+def test_a_snapshot_goes_on_here_and_there(server):
+    here = gym.make_vec(ENV_ID, num_envs=3).unwrapped
+    far = swath.remote.make_vec(ENV_ID, 3, connect=[server.endpoint] * 2)
+    here.reset(seed=1)
+    far.reset(seed=9)
+    actions = np.zeros((3, 1), np.float32)
+    here.step(actions)
+    far.restore(here.snapshot())
+    assert all(map(same, here.step(actions), far.step(actions)))
+    far.restore(here.snapshot(2), 0)
+    assert far.snapshot(0) == here.snapshot(2)
+    with pytest.raises(swath.SnapshotError, match="`snapshot` must be the bytes"):
+        far.restore(b"nothing")
+    far.close()
+
+
+def test_one_environment_elsewhere_is_the_one_here(server):
+    here = gym.make(ENV_ID, **SHORT).unwrapped
+    with swath.remote.make(ENV_ID, connect=server.endpoint, **SHORT) as far:
+        weeds = {"weeds": np.array([[3.0, 1.0]])}
+        assert same(here.reset(seed=2, options=weeds), far.reset(seed=2, options=weeds))
+        for _ in range(40):
+            one, other = here.step(np.float32([0.1])), far.step(np.float32([0.1]))
+            assert all(map(same, one, other))
+            if one[2] or one[3]:
+                break
+        assert same(here.reset(), far.reset())
+        assert here.snapshot() == far.snapshot()
+    with pytest.raises(swath.ClosedError):
+        far.reset()
+
+
+def test_stable_baselines3_meets_the_same_environments(server):
+    here = swath.sb3.make_vec_env(ENV_ID, num_envs=4, **SHORT)
+    far = swath.sb3.make_vec_env(ENV_ID, num_envs=4, connect=[server.endpoint] * 2, **SHORT)
+    for env in (here, far):
+        env.seed(5)
+    assert same(here.reset(), far.reset())
+    rng = np.random.default_rng(1)
+    for _ in range(80):
+        actions = rng.uniform(-1, 1, (4, 1)).astype(np.float32)
+        *one, infos = here.step(actions)
+        *other, far_infos = far.step(actions)
+        assert all(map(same, one, other))
+        for info in infos + far_infos:
+            if "episode" in info:
+                del info["episode"]["t"]
+        assert all(map(same, infos, far_infos))
+    far.close()
+
+
+def test_ppo_learns_through_servers_what_it_learns_here(server):
+    from stable_baselines3 import PPO
+
+    def learned(**where):
+        env = swath.sb3.make_vec_env(ENV_ID, num_envs=4, seed=1, **where, **SHORT)
+        model = PPO("MlpPolicy", env, seed=1, n_steps=32, batch_size=64, n_epochs=2, device="cpu")
+        model.learn(256)
+        env.close()
+        return model.policy.state_dict()
+
+    here, far = learned(), learned(connect=[server.endpoint] * 2)
+    assert all(same(here[name].numpy(), far[name].numpy()) for name in here)
+
+
+def test_what_a_server_refuses_is_refused_as_it_is_here(server):
+    far = swath.remote.make_vec(ENV_ID, 2, connect=server.endpoint)
+    with pytest.raises(swath.ActionError, match="reset"):
+        far.step(np.zeros((2, 1), np.float32))
+    far.reset(seed=0)
+    before = far.snapshot()
+    with pytest.raises(swath.ActionError, match=r"row 1: `action\[0\]` must be finite, got NaN"):
+        far.step(np.float32([[0], [np.nan]]))
+    with pytest.raises(swath.ActionError, match="shape"):
+        far.step(np.zeros((3, 1), np.float32))
+    assert far.snapshot() == before
+    far.close()
+    with pytest.raises(swath.ConfigError, match=r"`mower\.deck_width_m` must be finite and > 0, got 0"):
+        swath.remote.make(ENV_ID, connect=server.endpoint, mower={"deck_width_m": 0.0})
+    with pytest.raises(swath.ConfigError, match="`env_id` must be one of"):
+        swath.remote.make("swath/Ploughing-v0", connect=server.endpoint)
+    with pytest.raises(swath.ConfigError, match="`connect` must be an endpoint"):
+        swath.remote.make(ENV_ID, connect="localhost")
+    with pytest.raises(swath.ConfigError, match="`connect` must name from 1 to 1 servers"):
+        swath.remote.make_vec(ENV_ID, 1, connect=[server.endpoint] * 2)
+
+
+def test_a_full_server_says_so_and_a_client_that_leaves_makes_room(own_server):
+    def open_one():
+        return swath.remote.make(ENV_ID, connect=own_server.endpoint)
+
+    first, second = open_one(), open_one()
+    with pytest.raises(swath.RemoteError, match="2 of 2 places are taken"):
+        open_one()
+    first.close()
+    open_one().close()
+    second.close()
+
+
+def test_a_client_that_was_killed_makes_room_after_its_grace(own_server):
+    code = f"""
+        import swath, time
+        envs = [swath.remote.make("{ENV_ID}", connect="{own_server.endpoint}") for _ in range(2)]
+        print("open", flush=True)
+        time.sleep(60)
+    """
+    with subprocess.Popen([sys.executable, "-c", textwrap.dedent(code)], stdout=subprocess.PIPE, text=True) as client:
+        assert client.stdout is not None
+        assert client.stdout.readline() == "open\n"
+        client.kill()
+    end_s = time.monotonic() + 10
+    while True:
+        try:
+            swath.remote.make(ENV_ID, connect=own_server.endpoint).close()
+            break
+        except swath.RemoteError:
+            assert time.monotonic() < end_s
+            time.sleep(0.1)
+
+
+def test_a_server_that_was_killed_is_named_and_its_successor_is_not_taken_for_it(own_server):
+    far = swath.remote.make_vec(ENV_ID, 2, connect=own_server.endpoint, attempt_s=0.3, deadline_s=1.5)
+    far.reset(seed=0)
+    own_server.end(signal.SIGKILL)
+    with pytest.raises(swath.RemoteTimeout):
+        far.step(np.zeros((2, 1), np.float32))
+    # Whether the step was made is not known, so no other one may follow.
+    with pytest.raises(swath.RemoteError, match="retry"):
+        far.step(np.zeros((2, 1), np.float32))
+    own_server.start()
+    end_s = time.monotonic() + 20
+    text = ""
+    while "started anew" not in text:
+        assert time.monotonic() < end_s, text
+        with pytest.raises(swath.RemoteError) as raised:
+            far.retry()
+        text = str(raised.value)
+    far.close()
+
+
+@pytest.mark.parametrize("end", ["pass", "raise SystemExit(0)", "env.close()"])
+def test_a_process_ends_promptly_with_or_without_close(server, end):
+    code = f"""
+        import swath
+        env = swath.remote.make("{ENV_ID}", connect="{server.endpoint}")
+        env.reset(seed=0)
+        {end}
+    """
+    assert subprocess.run([sys.executable, "-c", textwrap.dedent(code)], timeout=20, check=False).returncode == 0
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+def test_a_forked_child_is_told_and_ends(server):
+    code = f"""
+        import os, sys, swath
+        env = swath.remote.make("{ENV_ID}", connect="{server.endpoint}")
+        env.reset(seed=0)
+        child = os.fork()
+        if child == 0:
+            try:
+                env.step([0.0])
+            except swath.RemoteError as error:
+                assert "forked" in str(error), error
+                sys.exit(7)
+            sys.exit(1)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+        env.step([0.0])
+        env.close()
+    """
+    assert subprocess.run([sys.executable, "-c", textwrap.dedent(code)], timeout=20, check=False).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("flags", "text"),
+    [
+        (["--listen", "tcp/0.0.0.0:7447"], "`listen` must be an address of this machine's loopback"),
+        (["--listen", "tcp/localhost:7447"], "`listen` must be an address of this machine's loopback"),
+        (["--name", "Big Field"], "`name` must be 1 to 64 lower-case letters, digits and dashes, got Big Field"),
+        (["--config", "no/such.toml"], "`no/such.toml`: No such file or directory"),
+    ],
+)
+def test_a_setting_that_cannot_be_is_one_line_and_status_2(flags, text):
+    run = subprocess.run([str(SERVER), *flags], capture_output=True, text=True, timeout=20, check=False)
+    assert run.returncode == 2
+    assert run.stdout == ""
+    assert text in run.stderr
+    assert len(run.stderr.splitlines()) == 1
+
+
+def test_a_server_of_a_name_that_is_taken_does_not_start(server):
+    port = server.endpoint.rsplit(":", 1)[1]
+    run = subprocess.run(
+        [str(SERVER), "--listen", server.endpoint], capture_output=True, text=True, timeout=20, check=False
+    )
+    assert run.returncode == 2
+    assert port in run.stderr or "there already" in run.stderr
+
+
+def test_a_server_ends_when_it_is_asked_to():
+    server = Server()
+    far = swath.remote.make(ENV_ID, connect=server.endpoint)
+    far.reset(seed=0)
+    assert server.end() == 0
+    far.close()
