@@ -114,6 +114,8 @@ pub struct ServerSessions {
     ended: VecDeque<(u64, u128)>,
     jobs: BTreeMap<JobId, u128>,
     last_job: u64,
+    /// Before then no session ends by itself; not all are looked at with every message.
+    due_ms: u64,
     answers: Answers,
     opened: u64,
     lost: u64,
@@ -224,6 +226,7 @@ impl ServerSessions {
             ended: VecDeque::new(),
             jobs: BTreeMap::new(),
             last_job: 0,
+            due_ms: u64::MAX,
             answers: Answers::default(),
             opened: 0,
             lost: 0,
@@ -262,6 +265,7 @@ impl ServerSessions {
         let session = self.sessions.get_mut(&sid).expect("it does not end while a job runs");
         let Run { verb, request, asked } = session.run.take().expect("it has this job");
         session.active_ms = now_ms;
+        self.due_ms = self.due_ms.min(now_ms + shortest_life_ms(&self.options.limits));
         if let Ok(finished) = &result {
             self.steps += finished.steps.saturating_sub(session.steps);
             session.steps = finished.steps;
@@ -306,6 +310,7 @@ impl ServerSessions {
         if let Some(session) = session {
             session.has_lease = is_there;
             session.lease_lost_ms = now_ms;
+            self.due_ms = self.due_ms.min(now_ms + shortest_life_ms(&self.options.limits));
         }
     }
 
@@ -318,10 +323,9 @@ impl ServerSessions {
     /// When [`Self::poll`] has to be called again at the latest, whatever happens until then.
     #[must_use]
     pub fn wake_ms(&self) -> Option<u64> {
-        let limits = &self.options.limits;
-        let ends = self.sessions.values().filter_map(|session| session.end_ms(limits));
         let first_ended = self.ended.front().map(|&(at_ms, _)| at_ms + TOMBSTONE_MS);
-        ends.map(|(at_ms, _)| at_ms).chain(first_ended).min()
+        let is_due = !self.sessions.is_empty() && self.due_ms < u64::MAX;
+        is_due.then_some(self.due_ms).into_iter().chain(first_ended).min()
     }
 
     /// What the server does at present.
@@ -597,14 +601,18 @@ impl ServerSessions {
 
     /// Ends the sessions whose client is gone or silent, and forgets those that ended long ago.
     fn expire(&mut self, now_ms: u64) {
-        let limits = self.options.limits;
-        let is_over = |(&sid, session): (&u128, &Session)| {
-            let (at_ms, loss) = session.end_ms(&limits)?;
-            (at_ms <= now_ms).then_some((sid, loss))
-        };
-        let over: Vec<(u128, Loss)> = self.sessions.iter().filter_map(is_over).collect();
-        for (sid, loss) in over {
-            self.end(now_ms, sid, loss);
+        if self.due_ms <= now_ms {
+            let limits = self.options.limits;
+            let is_over = |(&sid, session): (&u128, &Session)| {
+                let (at_ms, loss) = session.end_ms(&limits)?;
+                (at_ms <= now_ms).then_some((sid, loss))
+            };
+            let over: Vec<(u128, Loss)> = self.sessions.iter().filter_map(is_over).collect();
+            for (sid, loss) in over {
+                self.end(now_ms, sid, loss);
+            }
+            let ends = self.sessions.values().filter_map(|session| session.end_ms(&limits));
+            self.due_ms = ends.map(|(at_ms, _)| at_ms).min().unwrap_or(u64::MAX);
         }
         while let Some(&(at_ms, sid)) = self.ended.front()
             && at_ms + TOMBSTONE_MS <= now_ms
@@ -694,6 +702,11 @@ fn session_of<'a>(
         Some(fault) => Err(fault.clone()),
         None => Ok(session),
     }
+}
+
+/// How long a session lasts at least, from whatever happens to it.
+fn shortest_life_ms(limits: &Limits) -> u64 {
+    limits.grace_ms.min(limits.idle_ms).into()
 }
 
 fn digest(message: &[u8]) -> Digest32 {

@@ -258,6 +258,7 @@ fn a_session_outlives_its_client_by_the_grace_and_its_silence_by_the_idle_time()
     for lid in [2, 4] {
         bench.server.on_lease(10, lid, true);
     }
+    assert_eq!(bench.outputs(100), []);
     assert_eq!(bench.server.wake_ms(), Some(1000));
     bench.server.on_lease(200, 2, false);
     bench.server.on_lease(250, 2, true);
