@@ -4,6 +4,10 @@
 //! replies to the queries of the present call; those to earlier calls it may drop. A call that is sent again is the same
 //! bytes, so that the server knows it, carries it out once, and gives every copy the one answer.
 
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
 use std::sync::Arc;
 
 use bincode::Encode;
@@ -101,7 +105,6 @@ pub enum ClientOutput {
 }
 
 /// One session, from the client's side.
-#[derive(Debug)]
 pub struct ClientSession {
     options: ClientOptions,
     jitter: u64,
@@ -534,6 +537,18 @@ impl ClientSession {
     }
 }
 
+impl fmt::Debug for ClientSession {
+    // The session's name is a secret.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ClientSession")
+            .field("boot_id", &self.boot_id())
+            .field("lid", &self.lid())
+            .field("next_seq", &self.next_seq())
+            .field("is_in_doubt", &self.is_in_doubt())
+            .finish_non_exhaustive()
+    }
+}
+
 impl Request {
     /// Whether a message with this header, and this fault if it is one, answers it.
     fn is_answer(&self, header: &Header, fault: Option<&Fault>) -> bool {
@@ -570,6 +585,3 @@ impl Answered {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

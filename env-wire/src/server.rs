@@ -4,12 +4,17 @@
 //! that changes something has the next number of that session, and its reply is kept until the one after: a request that
 //! arrives again is not carried out again but answered again. Times are milliseconds since the server started.
 
+mod answers;
+mod session;
+#[cfg(test)]
+mod tests;
+
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 use std::sync::Arc;
 
-use sha2::{Digest, Sha256};
-
+use self::answers::{Answers, Asked};
+use self::session::{Run, Session, Tombstone, digest, no_session, session_of, shortest_life_ms};
 use crate::codec;
 use crate::fault::{Fault, Loss};
 use crate::header::{Header, Kind, MAJOR, MINOR, Verb};
@@ -121,95 +126,6 @@ pub struct ServerSessions {
     lost: u64,
     steps: u64,
     is_shutting_down: bool,
-}
-
-/// A session from its open to its end.
-#[derive(Debug)]
-struct Session {
-    nonce: u128,
-    lid: u128,
-    client: String,
-    envs: u32,
-    open: Digest32,
-    /// The reply to its open; none as long as it is opened.
-    opened: Option<Arc<[u8]>>,
-    opened_ms: u64,
-    max_reply: u32,
-    steps: u64,
-    /// When it was last asked for something, or last answered.
-    active_ms: u64,
-    has_lease: bool,
-    lease_lost_ms: u64,
-    /// The number of the last numbered request that was carried out.
-    seq: u64,
-    last: Option<(Digest32, Arc<[u8]>)>,
-    run: Option<Run>,
-    /// A close that waits for the run to end.
-    closing: Option<Asked>,
-    /// Why its environments are gone.
-    fault: Option<Fault>,
-}
-
-/// A request that is being carried out.
-#[derive(Debug)]
-struct Run {
-    verb: Verb,
-    request: Digest32,
-    /// The newest query that asked for it.
-    asked: Asked,
-}
-
-/// What is left of a session.
-#[derive(Debug)]
-struct Tombstone {
-    nonce: u128,
-    loss: Loss,
-    steps: u64,
-}
-
-/// A request that has arrived.
-#[derive(Debug, Clone, Copy)]
-struct Asked {
-    query: QueryId,
-    header: Header,
-    at_ms: u64,
-}
-
-/// SHA-256 of a request's kind and payload: two requests of one number are the same if theirs is.
-type Digest32 = [u8; 32];
-
-/// What goes out, and how it is counted.
-#[derive(Debug, Default)]
-struct Answers {
-    outputs: VecDeque<ServerOutput>,
-    requests: u64,
-    faults: u64,
-    latency_us: Vec<u64>,
-}
-
-impl Answers {
-    fn reply(&mut self, now_ms: u64, asked: &Asked, message: Arc<[u8]>) {
-        // By a clock of milliseconds, a request took less than one more than it seems.
-        let most_us = (now_ms.saturating_sub(asked.at_ms) + 1).saturating_mul(1000);
-        let place = (u64::BITS - (most_us - 1).leading_zeros()) as usize;
-        if self.latency_us.len() <= place {
-            self.latency_us.resize(place + 1, 0);
-        }
-        self.latency_us[place] += 1;
-        self.requests += 1;
-        self.outputs.push_back(ServerOutput::Reply { query: asked.query, message });
-    }
-
-    fn fault(&mut self, now_ms: u64, asked: &Asked, fault: &Fault) {
-        self.faults += 1;
-        self.reply(now_ms, asked, codec::write_fault(&asked.header, fault).into());
-    }
-
-    /// The newest query is the one whose client still waits.
-    fn replace(&mut self, older: &mut Asked, newer: Asked) {
-        let older = std::mem::replace(older, newer);
-        self.outputs.push_back(ServerOutput::Drop(older.query));
-    }
 }
 
 impl ServerSessions {
@@ -672,58 +588,3 @@ impl fmt::Debug for ServerSessions {
             .finish_non_exhaustive()
     }
 }
-
-impl Session {
-    /// When it ends if nobody asks for anything any more, and why; not as long as it has a job.
-    fn end_ms(&self, limits: &Limits) -> Option<(u64, Loss)> {
-        if self.run.is_some() {
-            return None;
-        }
-        let idle = (self.active_ms + u64::from(limits.idle_ms), Loss::Idle);
-        let alive_ms = self.active_ms.max(self.lease_lost_ms);
-        let lease = (alive_ms + u64::from(limits.grace_ms), Loss::Lease);
-        Some(if self.has_lease || idle.0 < lease.0 { idle } else { lease })
-    }
-}
-
-/// The session that a request is for, which is alive by that.
-fn session_of<'a>(
-    sessions: &'a mut BTreeMap<u128, Session>,
-    tombstones: &BTreeMap<u128, Tombstone>,
-    asked: &Asked,
-) -> Result<&'a mut Session, Fault> {
-    let sid = asked.header.sid;
-    let Some(session) = sessions.get_mut(&sid) else {
-        let loss = tombstones.get(&sid).map_or(Loss::Unknown, |tombstone| tombstone.loss);
-        return Err(no_session(loss));
-    };
-    session.active_ms = asked.at_ms;
-    match &session.fault {
-        Some(fault) => Err(fault.clone()),
-        None => Ok(session),
-    }
-}
-
-/// How long a session lasts at least, from whatever happens to it.
-fn shortest_life_ms(limits: &Limits) -> u64 {
-    limits.grace_ms.min(limits.idle_ms).into()
-}
-
-fn digest(message: &[u8]) -> Digest32 {
-    // From the kind on: the numbers before it are compared as numbers.
-    Sha256::digest(&message[48..]).into()
-}
-
-fn no_session(loss: Loss) -> Fault {
-    let text = match loss {
-        Loss::Unknown => "there is no such session",
-        Loss::Closed => "the session was closed",
-        Loss::Lease => "the session ended because its client was gone",
-        Loss::Idle => "the session ended because its client asked for nothing",
-        Loss::Fault => "the session ended because its environments failed",
-    };
-    Fault::NoSession { reason: loss as u64, text: text.to_owned() }
-}
-
-#[cfg(test)]
-mod tests;
