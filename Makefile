@@ -108,11 +108,6 @@ test-server: tools ## the tests of the server, over the loopback; ARGS= filters
 	@if cargo nextest --version >/dev/null 2>&1; then set -x; cargo nextest run --locked -p swath-server $(ARGS); \
 	else set -x; cargo test --locked -p swath-server $(ARGS); fi
 
-.PHONY: test-server
-test-server: tools ## the tests of swath-server over loopback; ARGS= filters
-	@if cargo nextest --version >/dev/null 2>&1; then set -x; cargo nextest run --locked -p swath-server $(ARGS); \
-	else set -x; cargo test --locked -p swath-server $(ARGS); fi
-
 .PHONY: test-py
 test-py: export HYPOTHESIS_PROFILE := $(if $(LONG),long,default)
 test-py: export OMP_NUM_THREADS := 1

@@ -1,0 +1,8 @@
+//! Servers over a real network, which is the loopback: each listens at a free port and looks for nobody.
+
+#![cfg(test)] // for helpers, too, an unwrap is a failing test
+
+mod common;
+mod sessions;
+mod processes;
+mod access;
