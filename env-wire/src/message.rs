@@ -85,7 +85,7 @@ pub struct Open<'a> {
     pub nonce: u128,
     /// Such as `swath/MowerRouting-v0`.
     pub env_id: String,
-    /// The scenario as JSON; numbers in it are read to the last bit.
+    /// The scenario as TOML, which has infinity; numbers in it are read to the last bit.
     pub config: String,
     /// Number of environments.
     pub num_envs: u32,

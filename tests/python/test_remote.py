@@ -201,6 +201,15 @@ def test_what_a_server_refuses_is_refused_as_it_is_here(server):
         swath.remote.make_vec(ENV_ID, 1, connect=[server.endpoint] * 2)
 
 
+def test_an_endpoint_where_nobody_listens_is_named_in_one_line():
+    with pytest.raises(swath.RemoteError) as raised:
+        swath.remote.make(ENV_ID, connect="tcp/127.0.0.1:1")
+    text = str(raised.value)
+    assert text.startswith("no server at tcp/127.0.0.1:1: ")
+    assert "\n" not in text
+    assert "/src/" not in text
+
+
 def test_a_full_server_says_so_and_a_client_that_leaves_makes_room(own_server):
     def open_one():
         return swath.remote.make(ENV_ID, connect=own_server.endpoint)

@@ -132,7 +132,9 @@ def _settings(endpoint: str) -> dict[str, object]:
 
 
 def _first_line(error: Exception) -> str:
-    return str(error).splitlines()[0] if str(error) else type(error).__name__
+    # Zenoh adds where in its own source it happened.
+    line = str(error).splitlines()[0] if str(error) else type(error).__name__
+    return line.partition(" at /")[0]
 
 
 def _leave_to_parent() -> None:
