@@ -129,13 +129,6 @@ impl Front {
         std::mem::take(&mut *self.leases.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Answers a query. An answer that does not arrive is asked for again.
-    pub fn reply(query: &Query, message: &[u8]) {
-        if let Err(error) = query.reply(query.key_expr().clone(), message).wait() {
-            tracing::debug!(%error, "a reply was not sent");
-        }
-    }
-
     /// Takes the keys away.
     ///
     /// # Errors

@@ -12,6 +12,7 @@
 //! | [`clock`] | the time since the start |
 //! | [`worker`] | environments at work |
 //! | [`front`] | Zenoh's side: keys, queries, signs of life |
+//! | [`post`] | replies on their way out |
 //! | [`server`] | the thread between the two |
 
 pub mod endpoint;
@@ -21,4 +22,5 @@ pub mod settings;
 pub mod clock;
 pub mod worker;
 pub mod front;
+pub mod post;
 pub mod server;

@@ -11,7 +11,11 @@ use crate::endpoint::Endpoint;
 
 /// Serves swath's environments over Zenoh.
 #[derive(Debug, Parser)]
-#[command(name = "swath-server", version)]
+#[command(
+    name = "swath-server",
+    version,
+    after_help = "The environment variable SWATH_LOG says what is logged [default: info,zenoh=off]."
+)]
 pub struct Arguments {
     /// Where to listen; port 0 for one that is free [default: tcp/127.0.0.1:7447]
     #[arg(long, value_name = "ENDPOINT")]

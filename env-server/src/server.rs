@@ -17,6 +17,7 @@ use crate::clock::Clock;
 use crate::endpoint::Endpoint;
 use crate::front::{Arrival, Front, FrontError};
 use crate::options::Options;
+use crate::post::Post;
 use crate::settings::settings;
 use crate::worker::{self, Done, Task};
 
@@ -54,6 +55,7 @@ pub struct Server {
     clock: Clock,
     listen: Endpoint,
     front: Front,
+    post: Post,
     sessions: ServerSessions,
     events: Receiver<Event>,
     tasks: Sender<Task>,
@@ -121,6 +123,7 @@ impl Server {
             clock: Clock::start(),
             listen: options.listen,
             front,
+            post: Post::open(),
             sessions,
             events,
             tasks,
@@ -188,6 +191,7 @@ impl Server {
                 let _ = worker.join();
             }
         }
+        self.post.close();
         self.front.close()?;
         tracing::info!("stopped");
         Ok(())
@@ -231,7 +235,7 @@ impl Server {
             }
             ServerOutput::Reply { query, message } => {
                 if let Some(query) = self.queries.remove(&query) {
-                    Front::reply(&query, &message);
+                    self.post.send(query, message);
                 }
             }
             ServerOutput::Drop(query) => {

@@ -68,17 +68,21 @@ pub fn start<E: From<Done> + Send + 'static>(
     (0..workers).map(worker).collect()
 }
 
-/// Does one job. A panic of the environments is the end of them, and of nothing else.
+/// Does one job.
 fn carry_out(task: Task, limits: &Limits) -> Done {
     let Task { job, hosted } = task;
     let (id, sid, seq) = (job.id, job.sid, job.header.seq);
     let Kind::Request(verb) = job.header.kind else { unreachable!("jobs are requests") };
-    let work = AssertUnwindSafe(|| answer(&job, hosted, limits));
-    let (hosted, result) = catch_unwind(work).unwrap_or_else(|_| {
+    let (hosted, result) = guarded(seq, || answer(&job, hosted, limits));
+    Done { job: id, verb, sid, hosted, result }
+}
+
+/// A panic of the environments is the end of them, and of nothing else.
+fn guarded(seq: u64, work: impl FnOnce() -> Answer) -> Answer {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
         let text = "the environments failed, and the session is over".to_owned();
         (None, Err(Fault::EnvFault { seq, text }))
-    });
-    Done { job: id, verb, sid, hosted, result }
+    })
 }
 
 type Answer = (Option<Box<Hosted>>, Result<Finished, Fault>);
@@ -112,4 +116,16 @@ fn open(job: &Job, payload: &[u8], limits: &Limits) -> Result<(Hosted, Finished)
     let header = Header { kind: Kind::Reply(Verb::Open), ..job.header };
     let message = codec::write(&header, &reply)?;
     Ok((hosted, Finished { message, steps: 0, max_reply: reply.max_reply }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_ends_the_environments_and_nothing_else() {
+        let (hosted, result) = guarded(5, || panic!("as if they were broken"));
+        assert!(hosted.is_none());
+        assert!(matches!(result, Err(Fault::EnvFault { seq: 5, .. })), "{result:?}");
+    }
 }

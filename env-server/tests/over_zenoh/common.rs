@@ -13,7 +13,7 @@ use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Kind, Verb};
 use swath_wire::hosted::ENV_ID;
 use swath_wire::message::{AutoresetMode, Open, OpenReply, Reset, Seeds, SpecReply, Step};
-use zenoh::query::ConsolidationMode;
+use zenoh::query::{ConsolidationMode, Reply};
 use zenoh::{Config, Session, Wait as _};
 
 /// Longer than anything here takes.
@@ -130,15 +130,13 @@ impl Client {
 
     /// Everything that is answered to a message at a key; a timeout is a failure, no answer is none.
     pub(crate) fn get(&self, key: &str, message: &[u8]) -> Vec<Vec<u8>> {
-        let replies = self
-            .session
-            .get(key)
-            .payload(message)
-            .consolidation(ConsolidationMode::None)
-            .timeout(PATIENCE)
-            .wait()
-            .unwrap();
-        let bytes = |reply: zenoh::query::Reply| match reply.result() {
+        self.get_within(PATIENCE, key, message)
+    }
+
+    fn get_within(&self, patience: Duration, key: &str, message: &[u8]) -> Vec<Vec<u8>> {
+        let query = self.session.get(key).payload(message).timeout(patience);
+        let replies = query.consolidation(ConsolidationMode::None).wait().unwrap();
+        let bytes = |reply: Reply| match reply.result() {
             Ok(sample) => sample.payload().to_bytes().into_owned(),
             Err(error) => panic!("{error:?}"),
         };
@@ -147,8 +145,17 @@ impl Client {
 
     /// What the server answers, if it does.
     pub(crate) fn ask(&self, verb: Verb, message: &[u8]) -> Option<Vec<u8>> {
-        let mut replies =
-            self.get(&format!("swath/v1/{}/rpc/{}", self.server, verb.name()), message);
+        self.ask_within(PATIENCE, verb, message)
+    }
+
+    pub(crate) fn ask_within(
+        &self,
+        patience: Duration,
+        verb: Verb,
+        message: &[u8],
+    ) -> Option<Vec<u8>> {
+        let key = format!("swath/v1/{}/rpc/{}", self.server, verb.name());
+        let mut replies = self.get_within(patience, &key, message);
         assert!(replies.len() < 2, "one server, one answer");
         replies.pop()
     }

@@ -1,11 +1,15 @@
 //! Over a real network a session is what it is without one.
 
+use std::time::Duration;
+
 use crate::common::{Client, Running, batch, fault_of, header, payload};
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Verb};
 use swath_wire::hosted::Hosted;
 use swath_wire::message::{CloseReply, Limits, Open, StatsReply};
+use zenoh::Wait as _;
+use zenoh::query::ConsolidationMode;
 
 #[test]
 fn a_batch_on_a_server_sends_the_bytes_that_a_batch_at_hand_forms() {
@@ -31,6 +35,42 @@ fn a_batch_on_a_server_sends_the_bytes_that_a_batch_at_hand_forms() {
     let closed = client.ask(Verb::Close, &session.close()).unwrap();
     let closed: CloseReply = codec::read(payload(&closed)).unwrap();
     assert_eq!(closed.steps, local.steps());
+}
+
+#[test]
+fn a_client_that_does_not_read_holds_up_nobody_else() {
+    let server = Running::start(&[]);
+    let deaf = Client::new(&server.endpoint);
+    let many = batch(1, 4096);
+    let session = deaf.open(&many).unwrap();
+    let reset = session.reset(1, 7);
+    let (asked, request) = Header::read(&reset).unwrap();
+    let mut local = Hosted::open(&many, &Limits::default(), 1).unwrap();
+    let expected = local.answer(&asked, request).unwrap();
+    assert!(expected.len() > 500_000, "as long as the next ones need it");
+    assert_eq!(deaf.ask(Verb::Reset, &reset), Some(expected));
+    // The first reply keeps Zenoh's thread; the next ones fill every buffer on the way.
+    let (wake, sleep) = std::sync::mpsc::channel::<()>();
+    let sleep = std::sync::Mutex::new(sleep);
+    let sleep = std::sync::Arc::new(sleep);
+    for _ in 0..60 {
+        let sleep = std::sync::Arc::clone(&sleep);
+        let heard = move |_| {
+            let _ = sleep.lock().unwrap().recv();
+        };
+        let query = deaf.session.get("swath/v1/default/rpc/reset").payload(&reset);
+        query.consolidation(ConsolidationMode::None).callback(heard).wait().unwrap();
+    }
+    let client = Client::new(&server.endpoint);
+    let spec = codec::write_empty(&header(Verb::Spec));
+    client.ask_within(Duration::from_secs(2), Verb::Spec, &spec).unwrap();
+    let session = client.open(&batch(2, 1)).unwrap();
+    client.ask_within(Duration::from_secs(2), Verb::Reset, &session.reset(1, 7)).unwrap();
+    for seq in 2..100 {
+        let step = session.step(seq, &[0.5]);
+        client.ask_within(Duration::from_secs(2), Verb::Step, &step).unwrap();
+    }
+    drop(wake);
 }
 
 #[test]
@@ -65,13 +105,13 @@ fn a_session_is_freed_once_its_client_is_gone_for_the_grace() {
     let gone = Client::new(&server.endpoint);
     let lid = gone.open(&batch(1, 1)).unwrap().reply.lid;
     let lease = format!("swath/v1/default/lease/{lid:032x}");
-    let token = zenoh::Wait::wait(gone.session.liveliness().declare_token(lease)).unwrap();
+    let token = gone.session.liveliness().declare_token(lease).wait().unwrap();
     let client = Client::new(&server.endpoint);
-    std::thread::sleep(std::time::Duration::from_millis(500));
+    std::thread::sleep(Duration::from_millis(500));
     assert!(client.open(&batch(2, 1)).is_err(), "its lease holds it");
     drop(token);
     drop(gone);
-    std::thread::sleep(std::time::Duration::from_millis(1300));
+    std::thread::sleep(Duration::from_millis(1300));
     client.open(&batch(2, 1)).unwrap();
 }
 
