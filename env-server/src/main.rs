@@ -1,6 +1,6 @@
 //! `swath-server`: swath's environments over Zenoh.
 
-use std::io::Write as _;
+use std::io::{IsTerminal as _, Write as _};
 use std::process::ExitCode;
 
 use clap::Parser as _;
@@ -20,7 +20,11 @@ fn main() -> ExitCode {
     };
     let filter =
         EnvFilter::try_from_env("SWATH_LOG").unwrap_or_else(|_| EnvFilter::new("info,zenoh=off"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).init();
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_ansi(std::io::stderr().is_terminal())
+        .with_writer(std::io::stderr)
+        .init();
     // A panic of an environment is caught and answered; what it was stands in the log.
     std::panic::set_hook(Box::new(|panic| tracing::error!(%panic, "a panic")));
     serve(arguments).map_or_else(|text| refuse(&text), |()| ExitCode::SUCCESS)
