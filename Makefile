@@ -99,8 +99,12 @@ test-rust: tools ## the Rust tests; ARGS= filters, LONG=1 raises the case counts
 	else set -x; cargo test --locked --lib --bins --tests $(ARGS); fi
 	$(if $(ARGS),,cargo test --locked --doc)
 
+.PHONY: server-release
+server-release: tools ## the environment server for work, target/release/swath-server
+	$(RELEASE) cargo build --release --locked -p swath-server
+
 .PHONY: server
-server: tools ## the environment server, target/debug/swath-server
+server: tools ## the environment server for tests, target/debug/swath-server
 	cargo build --locked -p swath-server
 
 .PHONY: test-server
