@@ -10,6 +10,7 @@ use swath_core::action::{ActionError, ActionSpec};
 use swath_core::batch::{
     Actions, Autoreset, BatchEnv, BatchError, BatchOptions, Last, joined, split,
 };
+use swath_core::episode::End;
 use swath_core::geometry::Point;
 use swath_core::observation::{Observation, Sizes};
 use swath_wire::client::{ClientError, ClientOptions, ClientOutput, ClientSession};
@@ -22,7 +23,7 @@ use swath_wire::message::{
     AutoresetMode, Open, OpenReply, Reset, ResetReply, Restore, Seeds, Snapshot, SnapshotReply,
     Step, StepReply,
 };
-use swath_wire::numbers::bytes_of;
+use swath_wire::numbers::{bytes_of, read_into};
 use swath_wire::received::{EndedMut, InfoMut, read_reset, read_step};
 
 use crate::action::ActionBuffer;
@@ -64,6 +65,8 @@ pub(crate) struct RemoteBatch {
     masks: Vec<bool>,
     /// The rows that the reset in flight begins.
     begun: Vec<bool>,
+    /// How the rows stand that the restore in flight puts back.
+    restored: Vec<(usize, State)>,
 }
 
 /// Neighbouring rows on one server.
@@ -71,6 +74,8 @@ struct Part {
     session: ClientSession,
     first: usize,
     rows: usize,
+    /// Whether it has a part in the call in flight, and what it has answered.
+    was_asked: bool,
     reply: Option<Result<Vec<u8>, ClientError>>,
 }
 
@@ -107,7 +112,8 @@ impl RemoteBatch {
                 ..ClientOptions::default()
             };
             let session = ClientSession::new(options);
-            parts.push(Part { session, first: rows, rows: of_part, reply: None });
+            let part = Part { session, first: rows, rows: of_part, was_asked: false, reply: None };
+            parts.push(part);
             rows += of_part;
         }
         let choices = template.mask_width();
@@ -118,7 +124,7 @@ impl RemoteBatch {
             face: Face::new(template.observation_spec(), rows, autoreset, choices, copy),
             last_observation: template.observation_spec().rows(last_rows),
             last_mask: vec![false; rows * last_choices],
-            masks: vec![false; rows * choices],
+            masks: vec![true; rows * choices],
             scenario: scenario.unbind(),
             template,
             autoreset,
@@ -128,6 +134,7 @@ impl RemoteBatch {
             actions: ActionBuffer::default(),
             last: vec![None; rows],
             begun: vec![false; rows],
+            restored: Vec::new(),
         })
     }
 
@@ -203,10 +210,21 @@ impl RemoteBatch {
         self.parts[part].session.on_timeout(now_ms);
     }
 
+    /// Waits for nothing any more: whoever waited was interrupted.
+    fn abandon(&mut self, now_ms: u64) {
+        for part in &mut self.parts {
+            // An answer that has arrived is kept: a retry asks the others only.
+            if let ClientOutput::Done(reply) = part.session.poll(now_ms) {
+                part.reply = Some(reply);
+            }
+            part.session.abandon();
+        }
+    }
+
     /// Asks every server that has not answered the last call the same once more.
     fn retry(&mut self, now_ms: u64) -> Result<(), Error> {
         for part in &mut self.parts {
-            if let Some(Err(ClientError::Timeout { .. })) = part.reply {
+            if part.session.is_in_doubt() {
                 part.reply = None;
                 part.session.retry(now_ms)?;
             }
@@ -223,7 +241,7 @@ impl RemoteBatch {
             Autoreset::Disabled => AutoresetMode::Disabled,
         };
         for (part, nonce) in self.parts.iter_mut().zip(nonces) {
-            part.reply = None;
+            (part.reply, part.was_asked) = (None, true);
             let open = Open {
                 nonce,
                 env_id: ENV_ID.to_owned(),
@@ -244,6 +262,12 @@ impl RemoteBatch {
         for reply in self.replies()? {
             let (_, payload) = Header::read(&reply).map_err(Fault::from)?;
             let reply: OpenReply = codec::read(payload)?;
+            if reply.config_hash != self.scenario.get().scenario.hash() {
+                return Err(Error::Remote(
+                    "the server has another version of swath: it reads the scenario otherwise"
+                        .to_owned(),
+                ));
+            }
             let got = (&reply.observation, &reply.action, &reply.info, &reply.ended);
             let Layout { observation, action, info, ended } = &self.layout;
             if got != (observation, action, info, ended) {
@@ -284,7 +308,7 @@ impl RemoteBatch {
                 mask: &bytes_of(mask[rows].iter().copied()),
                 weeds: of_part.iter().map(Option::as_deref).collect(),
             };
-            part.reply = None;
+            (part.reply, part.was_asked) = (None, true);
             part.session.call(now_ms, Verb::Reset, &reset)?;
         }
         self.begun = mask;
@@ -325,7 +349,7 @@ impl RemoteBatch {
                 Actions::Continuous(numbers) => bytes_of(numbers[start..end].iter().copied()),
                 Actions::Discrete(choices) => bytes_of(choices[start..end].iter().copied()),
             };
-            part.reply = None;
+            (part.reply, part.was_asked) = (None, true);
             part.session.call(now_ms, Verb::Step, &Step { actions: vec![&table] })?;
         }
         Ok(())
@@ -358,8 +382,9 @@ impl RemoteBatch {
     fn begin_snapshot(&mut self, now_ms: u64, row: Option<usize>) -> Result<(), Error> {
         settled(&self.parts)?;
         for part in &mut self.parts {
-            part.reply = None;
+            (part.reply, part.was_asked) = (None, false);
             let Some(env) = place(part, row) else { continue };
+            part.was_asked = true;
             part.session.call(now_ms, Verb::Snapshot, &Snapshot { env })?;
         }
         Ok(())
@@ -404,42 +429,56 @@ impl RemoteBatch {
             self.template.restore_row(0, row)?;
             ended.push(self.template.rows()[0].end());
         }
-        self.begun = vec![false; self.rows];
-        for (place, end) in ended.into_iter().enumerate() {
-            self.states[row.unwrap_or(place)] = match end {
-                None => State::Unstarted,
-                Some(swath_core::episode::End::Running) => State::Running,
-                Some(_) => State::Ended,
-            };
-        }
+        let state = |end| match end {
+            None => State::Unstarted,
+            Some(End::Running) => State::Running,
+            Some(_) => State::Ended,
+        };
+        self.restored =
+            (0..).zip(ended).map(|(place, end)| (row.unwrap_or(place), state(end))).collect();
         for part in &mut self.parts {
-            part.reply = None;
+            (part.reply, part.was_asked) = (None, false);
             let Some(env) = place(part, row) else { continue };
+            part.was_asked = true;
             let data = match row {
                 Some(_) => snapshot.to_vec(),
                 None => joined(&rows[part.first..part.first + part.rows]),
             };
             part.session.call(now_ms, Verb::Restore, &Restore { env, data: &data })?;
         }
-        (0..self.rows)
-            .filter(|&place| row.is_none_or(|row| row == place))
-            .for_each(|row| self.face.forget(row));
         Ok(())
     }
 
     /// The state is put back.
     fn finish_restore(&mut self) -> Result<(), Error> {
-        self.replies()?;
+        let replies = self.replies()?;
+        let choices = self.template.mask_width();
+        for (row, state) in std::mem::take(&mut self.restored) {
+            self.states[row] = state;
+            self.face.forget(row);
+        }
+        if choices == 0 {
+            return Ok(());
+        }
+        // What may be chosen now, of all rows on the servers that were asked.
+        let parts = self.parts.iter().filter(|part| part.was_asked);
+        for (part, reply) in parts.zip(&replies) {
+            let (_, payload) = Header::read(reply).map_err(Fault::from)?;
+            let reply: ResetReply = codec::read(payload)?;
+            let table = reply.info.last().ok_or(Fault::Malformed { offset: 0 })?;
+            let places = part.first * choices..(part.first + part.rows) * choices;
+            read_into(table, &mut self.masks[places])?;
+        }
         Ok(())
     }
 
     /// Ends every session.
-    fn begin_close(&mut self, now_ms: u64) -> Result<(), Error> {
+    fn begin_close(&mut self, now_ms: u64) {
         for part in &mut self.parts {
             part.reply = None;
-            part.session.call_empty(now_ms, Verb::Close)?;
+            // One that is lost already needs no end.
+            part.was_asked = part.session.call_empty(now_ms, Verb::Close).is_ok();
         }
-        Ok(())
     }
 
     /// The sessions are over.
@@ -481,12 +520,10 @@ impl RemoteBatch {
             };
             return Err(error.into());
         }
-        let replies: Vec<_> =
-            self.parts.iter_mut().filter_map(|part| part.reply.take()?.ok()).collect();
-        if replies.is_empty() {
-            return Err(ClientError::NothingToRetry.into());
+        if self.parts.iter().any(|part| part.was_asked && part.reply.is_none()) {
+            return Err(Error::Remote("the last call was not answered: reset or close".to_owned()));
         }
-        Ok(replies)
+        Ok(self.parts.iter_mut().filter_map(|part| part.reply.take()?.ok()).collect())
     }
 
     fn ends(&self) -> Ends<'_> {

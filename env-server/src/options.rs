@@ -232,7 +232,7 @@ impl Options {
             ("max_waiting", self.max_waiting as u64, limits.max_msg.into(), 1 << 40),
             ("max_cached", self.max_cached, 4096, 1 << 40),
             ("lease_ms", limits.lease_ms.into(), 100, 3_600_000),
-            ("grace_ms", limits.grace_ms.into(), 0, 86_400_000),
+            ("grace_ms", limits.grace_ms.into(), 100, 86_400_000),
             // It cannot be switched off: sessions whose clients hang would fill the server.
             ("idle_ms", limits.idle_ms.into(), 1000, 86_400_000),
         ] {

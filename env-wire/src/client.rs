@@ -519,6 +519,14 @@ impl ClientSession {
         call.progress = Progress::Paused { until_ms };
     }
 
+    /// Gives up a call in flight whose caller does not wait for it any more: nobody knows whether it was carried out.
+    pub fn abandon(&mut self) {
+        if self.call.is_some() {
+            self.give_up(0);
+        }
+        self.done = None;
+    }
+
     fn give_up(&mut self, waited_ms: u64) -> ClientError {
         let call = self.call.take().expect("it has taken too long");
         // What asks about no session can be asked anew.

@@ -264,7 +264,8 @@ impl Hosted {
                 return Err(bad(format!("`row` must be from 0 to {}, got {row}", rows - 1)));
             }
         }
-        self.present(reply, &vec![false; rows])
+        let begun: Vec<bool> = (0..rows).map(|row| self.batch.has_begun(row)).collect();
+        self.present(reply, &begun)
     }
 
     /// The present state of every environment; those of `mask` have open choices to tell of.

@@ -48,7 +48,9 @@ pub fn read_step(reply: &StepReply, out: StepMut, ended: EndedMut) -> Result<usi
         let row = *row as usize;
         row < rows && (out.terminated[row] || out.truncated[row])
     };
-    if !done.is_sorted_by(|a, b| a < b) || !done.iter().all(has_ended) {
+    let ended_rows = (0..rows).filter(|&row| out.terminated[row] || out.truncated[row]).count();
+    let are_listed = done.len() == ended_rows && done.is_sorted_by(|a, b| a < b);
+    if !are_listed || !done.iter().all(has_ended) {
         return Err(malformed());
     }
     read_ended(reply, &done, ended, rows)?;

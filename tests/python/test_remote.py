@@ -263,6 +263,65 @@ def test_a_server_that_was_killed_is_named_and_its_successor_is_not_taken_for_it
     far.close()
 
 
+def test_a_call_that_was_interrupted_leaves_environments_that_can_be_reset(server, monkeypatch):
+    far = swath.remote.make_vec(ENV_ID, 4, connect=[server.endpoint] * 2)
+    here = gym.make_vec(ENV_ID, num_envs=4)
+    far.reset(seed=0)
+    batch = far._core
+    take_in = type(batch)._take_in
+
+    def interrupted(self, part, answers):
+        if part == 1:
+            raise KeyboardInterrupt
+        take_in(self, part, answers)
+
+    actions = np.zeros((4, 1), np.float32)
+    with monkeypatch.context() as patch:
+        patch.setattr(type(batch), "_take_in", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            far.step(actions)
+    here.reset(seed=0)
+    assert all(map(same, here.step(actions), far.retry()))
+    with monkeypatch.context() as patch:
+        patch.setattr(type(batch), "_take_in", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            far.step(actions)
+    assert same(far.reset(seed=3), here.reset(seed=3))
+    assert all(map(same, here.step(actions), far.step(actions)))
+    far.close()
+
+
+def test_choices_after_a_restore_are_those_of_the_state_put_back(server):
+    blocks = {"action": {"kind": "target"}, "num_envs": 3}
+    here = gym.make_vec(ENV_ID, **blocks).unwrapped
+    far = swath.remote.make_vec(ENV_ID, connect=[server.endpoint] * 2, **blocks)
+    here.reset(seed=1)
+    far.reset(seed=2)
+    for _ in range(4):
+        here.step(here._core.action_masks.argmax(axis=1))
+    far.restore(here.snapshot())
+    assert same(here._core.action_masks, far._core.action_masks)
+    far.reset(seed=2)
+    far.restore(here.snapshot(0), 2)
+    assert same(here._core.action_masks[0], far._core.action_masks[2])
+    far.close()
+
+
+def test_environments_that_are_forgotten_make_room(own_server):
+    for _ in range(5):
+        env = swath.remote.make(ENV_ID, connect=own_server.endpoint)
+        env.reset(seed=0)
+        del env
+        end_s = time.monotonic() + 10
+        while time.monotonic() < end_s:
+            try:
+                swath.remote.make(ENV_ID, connect=own_server.endpoint).close()
+                break
+            except swath.RemoteError:
+                time.sleep(0.1)
+        assert time.monotonic() < end_s
+
+
 @pytest.mark.parametrize("end", ["pass", "raise SystemExit(0)", "env.close()"])
 def test_a_process_ends_promptly_with_or_without_close(server, end):
     code = f"""
@@ -298,8 +357,8 @@ def test_a_forked_child_is_told_and_ends(server):
 @pytest.mark.parametrize(
     ("flags", "text"),
     [
-        (["--listen", "tcp/0.0.0.0:7447"], "`listen` must be an address of this machine's loopback"),
-        (["--listen", "tcp/localhost:7447"], "`listen` must be an address of this machine's loopback"),
+        (["--listen", "tcp/0.0.0.0:7447"], "is not an address of this machine's loopback and needs mutual TLS"),
+        (["--listen", "tcp/localhost:7447"], "is not an address of this machine's loopback and needs mutual TLS"),
         (["--name", "Big Field"], "`name` must be 1 to 64 lower-case letters, digits and dashes, got Big Field"),
         (["--config", "no/such.toml"], "`no/such.toml`: No such file or directory"),
     ],

@@ -8,8 +8,9 @@ use crate::math::{larger, smaller};
 
 /// The pasture's longer side in units: squared distances fit 32 bits.
 const UNITS: f64 = 30_000.0;
-/// Rounding two positions to whole units brings them closer by less than this, in units.
-const SLACK_UNITS: f64 = 1.5;
+/// Rounding two positions to whole units moves them apart by up to the root of 2, in units; the rest makes up for a squared
+/// distance that is rounded to a whole number as well.
+const SLACK_UNITS: f64 = 1.7;
 /// A number so large has no bits left for a fraction; its lowest ones are those of the whole number.
 const NO_FRACTION: f64 = 1.5 * (1_u64 << 52) as f64;
 /// Positions of a block, those that are compared at once, and those of a vector.
@@ -127,6 +128,27 @@ fn whole(number: f64) -> i32 {
 mod tests {
     use super::*;
     use crate::rng::{Stream, stream, uniform};
+
+    #[test]
+    fn positions_less_than_a_few_units_apart_are_near_each_other() {
+        let mut rough = RoughPositions::with_room(1);
+        rough.scale((UNITS, 10.0));
+        let mut rng = stream(6, Stream::Weeds);
+        let mut somewhere = |around: f64| {
+            Point::new(around + 4.0 * uniform(&mut rng), 1.0 + 4.0 * uniform(&mut rng))
+        };
+        for place in 0..20_000 {
+            let (from, position) = (somewhere(f64::from(place)), somewhere(f64::from(place)));
+            rough.write(0, position);
+            let near = rough.near(from, (position - from).norm_squared());
+            assert_eq!(rough.near_in(0, 1, &near), 1, "{position} from {from}");
+        }
+        // On either side of where rounding goes up.
+        let (from, position) = (Point::new(0.499, 0.499), Point::new(0.501, 0.501));
+        rough.write(0, position);
+        let near = rough.near(from, (position - from).norm_squared());
+        assert_eq!(rough.near_in(0, 1, &near), 1);
+    }
 
     #[test]
     fn no_position_within_the_distance_is_missed() {

@@ -37,6 +37,10 @@ def make_vec_env(
     num_threads: int = 1,
     connect: str | Sequence[str] | None = None,
     server: str = "default",
+    attempt_s: float = 2.0,
+    deadline_s: float = 60.0,
+    client: str = "",
+    zenoh: dict[str, object] | None = None,
     **blocks: Unpack[Blocks],
 ) -> MowerRoutingVecEnv:
     """Makes a `VecEnv` of stable-baselines3 over the native batch.
@@ -54,7 +58,11 @@ def make_vec_env(
         num_threads: Most threads that a step may use; see `MowerRoutingVectorEnv`.
         connect: The endpoint of a server, or a list of them, that hold the environments; see `swath.remote.make_vec`.
             None: this process holds them.
-        server: The name that the servers were started with.
+        server: The name that the servers were started with; as this, the next ones are of use with `connect` only.
+        attempt_s: See `swath.remote.make`.
+        deadline_s: See `swath.remote.make`.
+        client: See `swath.remote.make`.
+        zenoh: See `swath.remote.make`.
         **blocks: Blocks of the scenario, laid over it key by key.
 
     Raises:
@@ -81,7 +89,17 @@ def make_vec_env(
     else:
         from swath.remote.batch import RemoteBatch
 
-        batch = RemoteBatch(core, num_envs, "SameStep", connect, server=server)
+        batch = RemoteBatch(
+            core,
+            num_envs,
+            "SameStep",
+            connect,
+            server=server,
+            attempt_s=attempt_s,
+            deadline_s=deadline_s,
+            client=client,
+            zenoh=zenoh,
+        )
     keywords = {**({} if scenario is None else {"scenario": scenario}), **blocks}
     env = MowerRoutingVecEnv(batch, num_envs, replace(gym.spec(env_id), kwargs=keywords))
     if seed is not None:

@@ -69,15 +69,15 @@ class RemoteBatch:
             jitter_seed=secrets.randbits(64),
         )
         self._links: list[Link] = []
+        self._finish: Callable[[], Any] = self._core.finish_open
         try:
             self._links += [Link(endpoint, server, attempt_s, zenoh) for endpoint in endpoints]
             nonces = [secrets.randbits(128) for _ in endpoints]
-            self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client))
-            self._core.finish_open()
+            self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client), self._core.finish_open)
             for part, link in enumerate(self._links):
                 link.hold(self._core.lease(part))
         except BaseException:
-            self._leave()
+            self.close()
             raise
 
     @property
@@ -113,44 +113,48 @@ class RemoteBatch:
         first_seed: int | None = None,
     ) -> tuple[Any, dict[str, object]]:
         """Begins episodes, as the native batch does."""
-        self._call(lambda now_ms: self._core.begin_reset(now_ms, seeds, mask, list(weeds), first_seed))
-        return self._core.finish_reset()
+        result: tuple[Any, dict[str, object]] = self._call(
+            lambda now_ms: self._core.begin_reset(now_ms, seeds, mask, list(weeds), first_seed), self._core.finish_reset
+        )
+        return result
 
     def step(self, actions: object) -> Step:
         """Steps every row, as Gymnasium wants it."""
-        self._call(lambda now_ms: self._core.begin_step(now_ms, actions))
-        return self._core.finish_step()
+        result: Step = self._call(lambda now_ms: self._core.begin_step(now_ms, actions), self._core.finish_step)
+        return result
 
     def step_flat(self, actions: object, elapsed_s: float) -> FlatStep:
         """Steps every row, as stable-baselines3 wants it."""
-        self._call(lambda now_ms: self._core.begin_step(now_ms, actions))
-        return self._core.finish_step_flat(elapsed_s)
+        result: FlatStep = self._call(
+            lambda now_ms: self._core.begin_step(now_ms, actions), lambda: self._core.finish_step_flat(elapsed_s)
+        )
+        return result
 
     def snapshot(self, row: int | None = None) -> bytes:
         """Returns the state as bytes: of all rows, or of one."""
-        self._call(lambda now_ms: self._core.begin_snapshot(now_ms, row))
-        return self._core.finish_snapshot(row)
+        snapshot: bytes = self._call(
+            lambda now_ms: self._core.begin_snapshot(now_ms, row), lambda: self._core.finish_snapshot(row)
+        )
+        return snapshot
 
     def restore(self, snapshot: bytes, row: int | None = None) -> None:
         """Puts back what `snapshot` returned."""
-        self._call(lambda now_ms: self._core.begin_restore(now_ms, snapshot, row))
-        self._core.finish_restore()
+        self._call(lambda now_ms: self._core.begin_restore(now_ms, snapshot, row), self._core.finish_restore)
 
-    def retry(self) -> Step:
-        """Asks once more for a step that was not answered in time, and returns what it brought.
+    def retry(self) -> object:
+        """Asks once more for what was not answered in time, and returns what that call would have returned.
 
         Raises:
             RemoteTimeout: If it is not answered this time either.
         """
-        self._call(self._core.retry)
-        return self._core.finish_step()
+        return self._call(self._core.retry, self._finish)
 
     def close(self) -> None:
         """Ends the sessions; a server that does not answer within a second is left alone."""
         if not self._links:
             return
         try:
-            self._call(self._core.begin_close, most_s=1.0)
+            self._call(self._core.begin_close, self._core.finish_close, most_s=1.0)
         except Exception:
             pass
         finally:
@@ -164,10 +168,19 @@ class RemoteBatch:
     def _now_ms(self) -> int:
         return int(1000 * (time.monotonic() - self._start_s))
 
-    def _call(self, begin: Callable[[int], None], *, most_s: float = float("inf")) -> None:
-        """Begins a call, and moves messages until every server has answered or is given up."""
-        begin(self._now_ms())
-        end_s = time.monotonic() + most_s
+    def _call(self, begin: Callable[[int], None], finish: Callable[[], Any], *, most_s: float = float("inf")) -> Any:  # noqa: ANN401
+        """Begins a call, moves messages until every server has answered or is given up, and returns what it brought."""
+        try:
+            begin(self._now_ms())
+            self._finish = finish
+            self._move_messages(time.monotonic() + most_s)
+        except BaseException:
+            # Interrupted, or half begun: what is in flight can be settled by `retry`, `reset` or `close`.
+            self._core.abandon(self._now_ms())
+            raise
+        return finish()
+
+    def _move_messages(self, end_s: float) -> None:
         waiting = set(range(len(self._links)))
         while waiting and time.monotonic() < end_s:
             wake_ms: list[int] = []

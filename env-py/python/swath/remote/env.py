@@ -77,10 +77,10 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
     ) -> tuple[Observation, dict[str, object]]:
         """Begins an episode, as `MowerRoutingEnv.reset` does."""
         batch = self._core
-        super().reset(seed=seed)
-        first_seed = None if batch.has_begun or seed is not None else drawn_seed(self.np_random)
         weeds = weeds_of(options, 1)
+        first_seed = None if batch.has_begun or seed is not None else drawn_seed(self.np_random)
         observations, infos = batch.reset([seed], None, weeds, first_seed)
+        super().reset(seed=seed)
         return _first(observations), _info(infos)
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, object]]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import json
 import os
+import weakref
 from typing import TYPE_CHECKING, Any
 
 from swath.errors import ConfigError, RemoteError
@@ -25,7 +26,7 @@ _CONNECT_MS = 5000
 # Larger than the largest message by far more than Zenoh adds.
 _MAX_MESSAGE_BYTES = (64 << 20) + (64 << 10)
 
-_open_links: set[Link] = set()
+_open_links: weakref.WeakSet[Link] = weakref.WeakSet()
 
 
 class Link:
@@ -86,12 +87,6 @@ class Link:
         self._check_process()
         self._lease = self._session.liveliness().declare_token(f"{self._prefix}/lease/{lease}")
 
-    def is_server_alive(self) -> bool:
-        """Tells whether some server of that name shows that it is there."""
-        self._check_process()
-        tokens = self._session.liveliness().get(f"{self._prefix}/alive/*", timeout=1.0)
-        return any(reply.ok is not None for reply in tokens)
-
     def close(self) -> None:
         """Leaves; closing twice is fine."""
         if self in _open_links and self._pid == os.getpid():
@@ -139,7 +134,7 @@ def _first_line(error: Exception) -> str:
 
 def _leave_to_parent() -> None:
     """Keeps a forked child from freeing what is its parent's: it would wait for threads that it does not have."""
-    for link in _open_links:
+    for link in list(_open_links):
         for held in (link._session, link._lease, *link._queriers.values()):
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(held))
     _open_links.clear()

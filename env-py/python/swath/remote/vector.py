@@ -13,12 +13,9 @@ from swath.vector import MOST_ENVS, MowerRoutingVectorEnv, autoreset_from, check
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy as np
-    import numpy.typing as npt
     from typing_extensions import Unpack
 
     from swath.scenario import Blocks, ScenarioSource
-    from swath.vector import Flags, Infos, Observations
 
 __all__ = ["RemoteVectorEnv"]
 
@@ -62,8 +59,8 @@ class RemoteVectorEnv(MowerRoutingVectorEnv):
         )
         self._adopt(batch, num_envs, mode)
 
-    def retry(self) -> tuple[Observations, npt.NDArray[np.float64], Flags, Flags, Infos]:
-        """Asks once more for a step that was not answered in time, and returns what it brought; it is done once.
+    def retry(self) -> object:
+        """Asks once more for what was not answered in time, and returns what that call would have returned.
 
         Raises:
             RemoteTimeout: If it is not answered this time either.
