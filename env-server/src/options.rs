@@ -286,10 +286,10 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         let file = folder.join("server.toml");
         let path = file.display().to_string();
-        std::fs::write(&file, "name = 'field'\nmax_sessions = 3\ngrace_ms = 5").unwrap();
+        std::fs::write(&file, "name = 'field'\nmax_sessions = 3\ngrace_ms = 500").unwrap();
         let read = options(&["--config", &path, "--max-sessions", "4"]).unwrap();
         assert_eq!((read.name.as_str(), read.limits.max_sessions), ("field", 4));
-        assert_eq!((read.limits.grace_ms, read.limits.max_envs), (5, 16_384));
+        assert_eq!((read.limits.grace_ms, read.limits.max_envs), (500, 16_384));
         std::fs::write(&file, "listen = 'tcp/0.0.0.0:7447'").unwrap();
         assert!(options(&["--config", &path]).unwrap_err().contains("missing: tls/"));
         std::fs::write(&file, "max_session = 3").unwrap();
