@@ -24,7 +24,7 @@ use swath_wire::message::{
     Step, StepReply,
 };
 use swath_wire::numbers::{bytes_of, read_into};
-use swath_wire::received::{EndedMut, InfoMut, read_reset, read_step};
+use swath_wire::received::{EndedMut, read_reset, read_step};
 
 use crate::action::ActionBuffer;
 use crate::batch::autoreset_from;
@@ -590,15 +590,7 @@ impl RemoteBatch {
                 let reply: ResetReply = codec::read(payload)?;
                 let (of_part, rest) = out.split_at(part.rows, sizes, choices);
                 out = rest;
-                let info = InfoMut {
-                    weed: of_part.weed,
-                    path: of_part.path,
-                    failure: of_part.failure,
-                    is_clipped: of_part.is_clipped,
-                    distance_m: of_part.distance_m,
-                    action_mask: of_part.action_mask,
-                };
-                read_reset(&reply, of_part.observation, info)?;
+                read_reset(&reply, of_part)?;
             }
             for row in (0..mask.len()).filter(|&row| mask[row]) {
                 states[row] = State::Running;

@@ -26,23 +26,13 @@ pub struct EndedMut<'a> {
 /// # Errors
 ///
 /// [`Fault::Malformed`] if the tables are not those of a step of as many rows.
-pub fn read_step(reply: &StepReply, out: StepMut, ended: EndedMut) -> Result<usize, Fault> {
+pub fn read_step(reply: &StepReply, mut out: StepMut, ended: EndedMut) -> Result<usize, Fault> {
     let rows = out.reward.len();
-    read_observation(&reply.observation, out.observation)?;
+    read_observation(&reply.observation, out.observation.reborrow())?;
     read_into(reply.reward, out.reward)?;
     read_into(reply.terminated, out.terminated)?;
     read_into(reply.truncated, out.truncated)?;
-    read_info(
-        &reply.info,
-        InfoMut {
-            weed: out.weed,
-            path: out.path,
-            failure: out.failure,
-            is_clipped: out.is_clipped,
-            distance_m: out.distance_m,
-            action_mask: out.action_mask,
-        },
-    )?;
+    read_info(&reply.info, &mut out)?;
     let done: Vec<u32> = numbers::read(reply.done_index)?;
     let has_ended = |row: &u32| {
         let row = *row as usize;
@@ -57,39 +47,18 @@ pub fn read_step(reply: &StepReply, out: StepMut, ended: EndedMut) -> Result<usi
     Ok(done.len())
 }
 
-/// The columns that an info has a table for.
-#[derive(Debug)]
-pub struct InfoMut<'a> {
-    /// The reward for weeds mowed.
-    pub weed: &'a mut [f64],
-    /// The reward for the way driven.
-    pub path: &'a mut [f64],
-    /// The reward for a failure.
-    pub failure: &'a mut [f64],
-    /// Which actions were clipped.
-    pub is_clipped: &'a mut [bool],
-    /// The ways driven, metres; sent for the action kind `target` only.
-    pub distance_m: &'a mut [f64],
-    /// Which choices are open; empty but for the action kind `target`.
-    pub action_mask: &'a mut [bool],
-}
-
-/// Writes the state after a reset.
+/// Writes the state after a reset; rewards and flags stay as they are.
 ///
 /// # Errors
 ///
 /// [`Fault::Malformed`] if the tables are not those of as many rows.
-pub fn read_reset(
-    reply: &ResetReply,
-    observation: ObservationMut,
-    info: InfoMut,
-) -> Result<(), Fault> {
-    read_observation(&reply.observation, observation)?;
-    read_info(&reply.info, info)
+pub fn read_reset(reply: &ResetReply, mut out: StepMut) -> Result<(), Fault> {
+    read_observation(&reply.observation, out.observation.reborrow())?;
+    read_info(&reply.info, &mut out)
 }
 
-fn read_info(tables: &[&[u8]], info: InfoMut) -> Result<(), Fault> {
-    let InfoMut { weed, path, failure, is_clipped, distance_m, action_mask } = info;
+fn read_info(tables: &[&[u8]], out: &mut StepMut) -> Result<(), Fault> {
+    let StepMut { weed, path, failure, is_clipped, distance_m, action_mask, .. } = out;
     let mut tables = Tables(tables.iter());
     tables.next_into(weed)?;
     tables.next_into(path)?;
