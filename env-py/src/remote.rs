@@ -2,6 +2,8 @@
 //!
 //! Bytes go in and out; Python moves them. The rows of a batch may lie on several servers, some neighbouring ones on each.
 
+mod part;
+
 use numpy::{PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
@@ -13,7 +15,7 @@ use swath_core::batch::{
 use swath_core::episode::End;
 use swath_core::geometry::Point;
 use swath_core::observation::{Observation, Sizes};
-use swath_wire::client::{ClientError, ClientOptions, ClientOutput, ClientSession};
+use swath_wire::client::{ClientOptions, ClientOutput, ClientSession};
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Verb};
@@ -35,6 +37,7 @@ use crate::scenario::Scenario;
 use crate::seed::{Seed, seeds_of_rows};
 use crate::spec::{self, ActionForm, PartTuple};
 use crate::weeds::weeds_of_rows;
+use part::{Part, replies, settled};
 
 type ResetTuple<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 
@@ -67,16 +70,6 @@ pub(crate) struct RemoteBatch {
     begun: Vec<bool>,
     /// How the rows stand that the restore in flight puts back.
     restored: Vec<(usize, State)>,
-}
-
-/// Neighbouring rows on one server.
-struct Part {
-    session: ClientSession,
-    first: usize,
-    rows: usize,
-    /// Whether it has a part in the call in flight, and what it has answered.
-    was_asked: bool,
-    reply: Option<Result<Vec<u8>, ClientError>>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -259,7 +252,7 @@ impl RemoteBatch {
 
     /// The sessions are there.
     fn finish_open(&mut self) -> Result<(), Error> {
-        for reply in self.replies()? {
+        for reply in replies(&mut self.parts)? {
             let (_, payload) = Header::read(&reply).map_err(Fault::from)?;
             let reply: OpenReply = codec::read(payload)?;
             if reply.config_hash != self.scenario.get().scenario.hash() {
@@ -383,7 +376,7 @@ impl RemoteBatch {
         settled(&self.parts)?;
         for part in &mut self.parts {
             (part.reply, part.was_asked) = (None, false);
-            let Some(env) = place(part, row) else { continue };
+            let Some(env) = part.place(row) else { continue };
             part.was_asked = true;
             part.session.call(now_ms, Verb::Snapshot, &Snapshot { env })?;
         }
@@ -399,7 +392,7 @@ impl RemoteBatch {
     ) -> Result<Bound<'py, PyBytes>, Error> {
         let sizes: Vec<usize> = self.parts.iter().map(|part| part.rows).collect();
         let mut rows: Vec<Vec<u8>> = Vec::new();
-        for (reply, size) in self.replies()?.iter().zip(sizes) {
+        for (reply, size) in replies(&mut self.parts)?.iter().zip(sizes) {
             let (_, payload) = Header::read(reply).map_err(Fault::from)?;
             let reply: SnapshotReply = codec::read(payload)?;
             if row.is_some() {
@@ -438,7 +431,7 @@ impl RemoteBatch {
             (0..).zip(ended).map(|(place, end)| (row.unwrap_or(place), state(end))).collect();
         for part in &mut self.parts {
             (part.reply, part.was_asked) = (None, false);
-            let Some(env) = place(part, row) else { continue };
+            let Some(env) = part.place(row) else { continue };
             part.was_asked = true;
             let data = match row {
                 Some(_) => snapshot.to_vec(),
@@ -451,7 +444,7 @@ impl RemoteBatch {
 
     /// The state is put back.
     fn finish_restore(&mut self) -> Result<(), Error> {
-        let replies = self.replies()?;
+        let replies = replies(&mut self.parts)?;
         let choices = self.template.mask_width();
         for (row, state) in std::mem::take(&mut self.restored) {
             self.states[row] = state;
@@ -483,49 +476,12 @@ impl RemoteBatch {
 
     /// The sessions are over.
     fn finish_close(&mut self) -> Result<(), Error> {
-        self.replies()?;
+        replies(&mut self.parts)?;
         Ok(())
     }
 }
 
-/// What to ask a server for, if the row is one of its own: its place there, or all.
-#[expect(clippy::option_option, reason = "None asks for nothing, Some(None) for all rows")]
-fn place(part: &Part, row: Option<usize>) -> Option<Option<u32>> {
-    match row {
-        None => Some(None),
-        Some(row) => {
-            let place = row.checked_sub(part.first).filter(|&place| place < part.rows)?;
-            Some(Some(u32::try_from(place).expect("rows are few")))
-        }
-    }
-}
-
-/// Whether every server has answered the last call: until then, nothing may follow that goes by its result.
-fn settled(parts: &[Part]) -> Result<(), Error> {
-    if parts.iter().any(|part| part.session.is_in_doubt()) {
-        return Err(ClientError::InDoubt.into());
-    }
-    Ok(())
-}
-
 impl RemoteBatch {
-    /// What every server that was asked has answered.
-    fn replies(&mut self) -> Result<Vec<Vec<u8>>, Error> {
-        let has_failed = |part: &Part| matches!(part.reply, Some(Err(_)));
-        if let Some(part) = self.parts.iter_mut().find(|part| has_failed(part)) {
-            // A server that has not answered in time can be asked once more.
-            let error = match &part.reply {
-                Some(Err(error)) => error.clone(),
-                _ => unreachable!("it has failed"),
-            };
-            return Err(error.into());
-        }
-        if self.parts.iter().any(|part| part.was_asked && part.reply.is_none()) {
-            return Err(Error::Remote("the last call was not answered: reset or close".to_owned()));
-        }
-        Ok(self.parts.iter_mut().filter_map(|part| part.reply.take()?.ok()).collect())
-    }
-
     fn ends(&self) -> Ends<'_> {
         Ends {
             last: Box::new(|row: usize| self.last[row].as_ref()),
@@ -536,7 +492,7 @@ impl RemoteBatch {
 
     /// Takes in what the servers say of a step. Returns the observations and how many episodes ended.
     fn receive_step<'py>(&mut self, py: Python<'py>) -> Result<(Bound<'py, PyAny>, usize), Error> {
-        let replies = self.replies()?;
+        let replies = replies(&mut self.parts)?;
         let Self {
             face, parts, last, last_observation, last_mask, template, states, masks, ..
         } = self;
@@ -579,7 +535,7 @@ impl RemoteBatch {
         py: Python<'py>,
         mask: &[bool],
     ) -> Result<Bound<'py, PyAny>, Error> {
-        let replies = self.replies()?;
+        let replies = replies(&mut self.parts)?;
         let Self { face, parts, template, states, masks, .. } = self;
         let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
         face.begin(mask);

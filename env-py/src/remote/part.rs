@@ -1,0 +1,54 @@
+//! Some rows of a batch on one of its servers.
+
+use swath_wire::client::{ClientError, ClientSession};
+
+use crate::errors::Error;
+
+/// Neighbouring rows on one server.
+pub(super) struct Part {
+    pub(super) session: ClientSession,
+    pub(super) first: usize,
+    pub(super) rows: usize,
+    /// Whether it has a part in the call in flight, and what it has answered.
+    pub(super) was_asked: bool,
+    pub(super) reply: Option<Result<Vec<u8>, ClientError>>,
+}
+
+impl Part {
+    /// What to ask a server for, if the row is one of its own: its place there, or all.
+    #[expect(clippy::option_option, reason = "None asks for nothing, Some(None) for all rows")]
+    pub(super) fn place(&self, row: Option<usize>) -> Option<Option<u32>> {
+        match row {
+            None => Some(None),
+            Some(row) => {
+                let place = row.checked_sub(self.first).filter(|&place| place < self.rows)?;
+                Some(Some(u32::try_from(place).expect("rows are few")))
+            }
+        }
+    }
+}
+
+/// Whether every server has answered the last call: until then, nothing may follow that goes by its result.
+pub(super) fn settled(parts: &[Part]) -> Result<(), Error> {
+    if parts.iter().any(|part| part.session.is_in_doubt()) {
+        return Err(ClientError::InDoubt.into());
+    }
+    Ok(())
+}
+
+/// What every server that was asked has answered.
+pub(super) fn replies(parts: &mut [Part]) -> Result<Vec<Vec<u8>>, Error> {
+    let has_failed = |part: &Part| matches!(part.reply, Some(Err(_)));
+    if let Some(part) = parts.iter_mut().find(|part| has_failed(part)) {
+        // A server that has not answered in time can be asked once more.
+        let error = match &part.reply {
+            Some(Err(error)) => error.clone(),
+            _ => unreachable!("it has failed"),
+        };
+        return Err(error.into());
+    }
+    if parts.iter().any(|part| part.was_asked && part.reply.is_none()) {
+        return Err(Error::Remote("the last call was not answered: reset or close".to_owned()));
+    }
+    Ok(parts.iter_mut().filter_map(|part| part.reply.take()?.ok()).collect())
+}
