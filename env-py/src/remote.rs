@@ -12,8 +12,11 @@ use swath_core::action::{ActionError, ActionSpec};
 use swath_core::batch::{
     Actions, Autoreset, BatchEnv, BatchError, BatchOptions, Last, joined, split,
 };
+use swath_core::config::ConfigError;
+use swath_core::env::Env;
 use swath_core::episode::End;
 use swath_core::geometry::Point;
+use swath_core::mirror::Mirror;
 use swath_core::observation::{Observation, Sizes};
 use swath_wire::client::{ClientOptions, ClientOutput, ClientSession};
 use swath_wire::codec;
@@ -22,10 +25,11 @@ use swath_wire::header::{Header, Verb};
 use swath_wire::hosted::ENV_ID;
 use swath_wire::layout::Layout;
 use swath_wire::message::{
-    AutoresetMode, Open, OpenReply, Reset, ResetReply, Restore, Seeds, Snapshot, SnapshotReply,
-    Step, StepReply,
+    AutoresetMode, Open, OpenReply, Percept, Reset, ResetReply, Restore, Seeds, Snapshot,
+    SnapshotReply, Step, StepReply,
 };
 use swath_wire::numbers::{bytes_of, read_into};
+use swath_wire::percept::read_percept;
 use swath_wire::received::{EndedMut, read_reset, read_step};
 
 use crate::action::ActionBuffer;
@@ -59,6 +63,8 @@ pub(crate) struct RemoteBatch {
     rows: usize,
     parts: Vec<Part>,
     states: Vec<State>,
+    /// What the mowers perceive, one a row, where it was asked for.
+    mirrors: Option<Vec<Mirror>>,
     actions: ActionBuffer,
     face: Face,
     last: Vec<Option<Last>>,
@@ -118,6 +124,7 @@ impl RemoteBatch {
             last_observation: template.observation_spec().rows(last_rows),
             last_mask: vec![false; rows * last_choices],
             masks: vec![true; rows * choices],
+            mirrors: None,
             scenario: scenario.unbind(),
             template,
             autoreset,
@@ -225,8 +232,16 @@ impl RemoteBatch {
         Ok(())
     }
 
-    /// Asks for a session on every server.
-    fn begin_open(&mut self, now_ms: u64, nonces: Vec<u128>, client: &str) -> Result<(), Error> {
+    /// Asks for a session on every server, which tells what the mowers perceive if `percept` says so.
+    fn begin_open(
+        &mut self,
+        now_ms: u64,
+        nonces: Vec<u128>,
+        client: &str,
+        percept: bool,
+    ) -> Result<(), Error> {
+        let site = self.template().site();
+        self.mirrors = percept.then(|| vec![Mirror::new(site); self.rows]);
         let config = self.scenario.get().scenario.to_toml();
         let autoreset = match self.autoreset {
             Autoreset::NextStep => AutoresetMode::NextStep,
@@ -243,6 +258,7 @@ impl RemoteBatch {
                 autoreset,
                 hash_every: 0,
                 snapshot: None,
+                percept,
                 client: client.to_owned(),
             };
             part.session.open(now_ms, &open)?;
@@ -450,14 +466,15 @@ impl RemoteBatch {
             self.states[row] = state;
             self.face.forget(row);
         }
-        if choices == 0 {
-            return Ok(());
-        }
-        // What may be chosen now, of all rows on the servers that were asked.
+        // What is perceived and may be chosen now, of all rows on the servers that were asked.
         let parts = self.parts.iter().filter(|part| part.was_asked);
         for (part, reply) in parts.zip(&replies) {
             let (_, payload) = Header::read(reply).map_err(Fault::from)?;
             let reply: ResetReply = codec::read(payload)?;
+            perceive(&mut self.mirrors, part, reply.percept.as_ref())?;
+            if choices == 0 {
+                continue;
+            }
             let table = reply.info.last().ok_or(Fault::Malformed { offset: 0 })?;
             let places = part.first * choices..(part.first + part.rows) * choices;
             read_into(table, &mut self.masks[places])?;
@@ -482,6 +499,22 @@ impl RemoteBatch {
 }
 
 impl RemoteBatch {
+    /// What every mower perceives.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] if the sessions were opened without percepts.
+    pub(crate) fn mirrors(&self) -> Result<&[Mirror], ConfigError> {
+        self.mirrors.as_deref().ok_or_else(|| {
+            ConfigError::value("percept", "true where a scripted agent acts", "false")
+        })
+    }
+
+    /// One environment of the scenario, which has begun no episode.
+    pub(crate) fn template(&self) -> &Env {
+        &self.template.rows()[0]
+    }
+
     fn ends(&self) -> Ends<'_> {
         Ends {
             last: Box::new(|row: usize| self.last[row].as_ref()),
@@ -494,7 +527,16 @@ impl RemoteBatch {
     fn receive_step<'py>(&mut self, py: Python<'py>) -> Result<(Bound<'py, PyAny>, usize), Error> {
         let replies = replies(&mut self.parts)?;
         let Self {
-            face, parts, last, last_observation, last_mask, template, states, masks, ..
+            face,
+            parts,
+            last,
+            last_observation,
+            last_mask,
+            template,
+            states,
+            masks,
+            mirrors,
+            ..
         } = self;
         let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
         let is_same_step = self.autoreset == Autoreset::SameStep;
@@ -519,6 +561,7 @@ impl RemoteBatch {
                 last_mask = rest;
                 let into = EndedMut { last: last_of_part, observation, mask };
                 ended += read_step(&reply, of_part, into)?;
+                perceive(mirrors, part, reply.percept.as_ref())?;
             }
             for (row, state) in states.iter_mut().enumerate() {
                 let has_ended = table.terminated[row] || table.truncated[row];
@@ -536,7 +579,7 @@ impl RemoteBatch {
         mask: &[bool],
     ) -> Result<Bound<'py, PyAny>, Error> {
         let replies = replies(&mut self.parts)?;
-        let Self { face, parts, template, states, masks, .. } = self;
+        let Self { face, parts, template, states, masks, mirrors, .. } = self;
         let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
         face.begin(mask);
         let (observation, ()) = face.write(py, |table, observation| {
@@ -547,6 +590,7 @@ impl RemoteBatch {
                 let (of_part, rest) = out.split_at(part.rows, sizes, choices);
                 out = rest;
                 read_reset(&reply, of_part)?;
+                perceive(mirrors, part, reply.percept.as_ref())?;
             }
             for row in (0..mask.len()).filter(|&row| mask[row]) {
                 states[row] = State::Running;
@@ -557,4 +601,15 @@ impl RemoteBatch {
         })?;
         Ok(observation)
     }
+}
+
+/// Takes in what the mowers of a part perceive, where it was asked for.
+fn perceive(
+    mirrors: &mut Option<Vec<Mirror>>,
+    part: &Part,
+    percept: Option<&Percept>,
+) -> Result<(), Error> {
+    let Some(mirrors) = mirrors else { return Ok(()) };
+    read_percept(percept, &mut mirrors[part.first..part.first + part.rows])?;
+    Ok(())
 }
