@@ -3,6 +3,7 @@
 //! Bytes go in and out; Python moves them. The rows of a batch may lie on several servers, some neighbouring ones on each.
 
 mod part;
+mod tally;
 
 use numpy::{PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::PyAttributeError;
@@ -33,15 +34,17 @@ use swath_wire::percept::read_percept;
 use swath_wire::received::{EndedMut, read_reset, read_step};
 
 use crate::action::ActionBuffer;
-use crate::batch::autoreset_from;
+use crate::batch::{autoreset_from, no_row};
 use crate::errors::Error;
 use crate::face::{Ends, Face, FlatStep, Step as FaceStep};
 use crate::infos::table;
 use crate::scenario::Scenario;
 use crate::seed::{Seed, seeds_of_rows};
 use crate::spec::{self, ActionForm, PartTuple};
+use crate::summary::write_numbers;
 use crate::weeds::weeds_of_rows;
 use part::{Part, replies, settled};
+use tally::{Tally, weeds_of};
 
 type ResetTuple<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 
@@ -65,6 +68,7 @@ pub(crate) struct RemoteBatch {
     states: Vec<State>,
     /// What the mowers perceive, one a row, where it was asked for.
     mirrors: Option<Vec<Mirror>>,
+    tallies: Vec<Tally>,
     actions: ActionBuffer,
     face: Face,
     last: Vec<Option<Last>>,
@@ -72,8 +76,9 @@ pub(crate) struct RemoteBatch {
     last_mask: Vec<bool>,
     /// Which choices are open in every row.
     masks: Vec<bool>,
-    /// The rows that the reset in flight begins.
+    /// The rows that the reset in flight begins, and how many weeds each of them has.
     begun: Vec<bool>,
+    begun_weeds: Vec<usize>,
     /// How the rows stand that the restore in flight puts back.
     restored: Vec<(usize, State)>,
 }
@@ -125,6 +130,8 @@ impl RemoteBatch {
             last_mask: vec![false; rows * last_choices],
             masks: vec![true; rows * choices],
             mirrors: None,
+            tallies: vec![Tally::begun(weeds_of(&scenario.get().scenario)); rows],
+            begun_weeds: vec![0; rows],
             scenario: scenario.unbind(),
             template,
             autoreset,
@@ -172,6 +179,15 @@ impl RemoteBatch {
             return table(py, &vec![true; self.rows * choices], self.rows);
         }
         table(py, &self.masks, self.rows)
+    }
+
+    /// The numbers of a row's present episode, as far as it has got, without an outcome. Percepts have to be told for it.
+    fn summary<'py>(&self, py: Python<'py>, row: usize) -> Result<Bound<'py, PyDict>, Error> {
+        let mirror = self.mirrors()?.get(row).ok_or_else(|| no_row(row, self.rows))?;
+        let summary = self.tallies[row].summary(mirror, self.template().scenario())?;
+        let numbers = PyDict::new(py);
+        write_numbers(&numbers, &summary)?;
+        Ok(numbers)
     }
 
     /// The name of the lease of one server's session.
@@ -321,6 +337,10 @@ impl RemoteBatch {
             part.session.call(now_ms, Verb::Reset, &reset)?;
         }
         self.begun = mask;
+        let drawn = weeds_of(self.template().scenario());
+        let given = |row: usize| weeds.get(row).or(weeds.first()).and_then(Option::as_ref);
+        self.begun_weeds =
+            (0..self.rows).map(|row| given(row).map_or(drawn, |table| table.len() / 16)).collect();
         Ok(())
     }
 
@@ -464,6 +484,7 @@ impl RemoteBatch {
         let choices = self.template.mask_width();
         for (row, state) in std::mem::take(&mut self.restored) {
             self.states[row] = state;
+            self.tallies[row].forget();
             self.face.forget(row);
         }
         // What is perceived and may be chosen now, of all rows on the servers that were asked.
@@ -536,8 +557,10 @@ impl RemoteBatch {
             states,
             masks,
             mirrors,
+            tallies,
             ..
         } = self;
+        let scenario = template.rows()[0].scenario();
         let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
         let is_same_step = self.autoreset == Autoreset::SameStep;
         let last_sizes = if is_same_step { sizes } else { Sizes::default() };
@@ -565,6 +588,11 @@ impl RemoteBatch {
             }
             for (row, state) in states.iter_mut().enumerate() {
                 let has_ended = table.terminated[row] || table.truncated[row];
+                if *state == State::Ended || (has_ended && is_same_step) {
+                    tallies[row] = Tally::begun(weeds_of(scenario));
+                } else {
+                    tallies[row].add(table.weed[row], scenario.reward.weed);
+                }
                 *state = if has_ended && !is_same_step { State::Ended } else { State::Running };
             }
             masks.copy_from_slice(&table.action_mask);
@@ -579,7 +607,7 @@ impl RemoteBatch {
         mask: &[bool],
     ) -> Result<Bound<'py, PyAny>, Error> {
         let replies = replies(&mut self.parts)?;
-        let Self { face, parts, template, states, masks, mirrors, .. } = self;
+        let Self { face, parts, template, states, masks, mirrors, tallies, begun_weeds, .. } = self;
         let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
         face.begin(mask);
         let (observation, ()) = face.write(py, |table, observation| {
@@ -594,6 +622,7 @@ impl RemoteBatch {
             }
             for row in (0..mask.len()).filter(|&row| mask[row]) {
                 states[row] = State::Running;
+                tallies[row] = Tally::begun(begun_weeds[row]);
                 let places = row * choices..(row + 1) * choices;
                 masks[places.clone()].copy_from_slice(&table.action_mask[places]);
             }

@@ -41,12 +41,13 @@ class RemoteBatch:
         *,
         server: str = "default",
         copy: bool = True,
+        percept: bool = False,
         attempt_s: float = 2.0,
         deadline_s: float = 60.0,
         client: str = "",
         zenoh: dict[str, object] | None = None,
     ) -> None:
-        """Opens a session on every server.
+        """Opens a session on every server; with `percept` each tells what its mowers perceive, for scripted agents.
 
         Raises:
             ConfigError: If an argument cannot be used.
@@ -73,12 +74,17 @@ class RemoteBatch:
         try:
             self._links += [Link(endpoint, server, attempt_s, zenoh) for endpoint in endpoints]
             nonces = [secrets.randbits(128) for _ in endpoints]
-            self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client), self._core.finish_open)
+            self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client, percept), self._core.finish_open)
             for part, link in enumerate(self._links):
                 link.hold(self._core.lease(part))
         except BaseException:
             self.close()
             raise
+
+    @property
+    def native(self) -> _native.RemoteBatch:
+        """What a `Crew` acts on."""
+        return self._core
 
     @property
     def scenario(self) -> _native.Scenario:
@@ -129,6 +135,10 @@ class RemoteBatch:
             lambda now_ms: self._core.begin_step(now_ms, actions), lambda: self._core.finish_step_flat(elapsed_s)
         )
         return result
+
+    def summary(self, row: int) -> dict[str, float]:
+        """Returns the numbers of a row's present episode, as the native batch does; it takes percepts."""
+        return self._core.summary(row)
 
     def snapshot(self, row: int | None = None) -> bytes:
         """Returns the state as bytes: of all rows, or of one."""
