@@ -8,6 +8,7 @@ from typing_extensions import Self, Unpack
 from swath.remote import batch as remote
 from swath.scenario import Blocks, ScenarioSource
 from swath.spaces import Bound, Part
+from swath.stats import Stats
 from swath.summary import Summary
 
 __all__ = [
@@ -24,11 +25,13 @@ __all__ = [
     "agents",
     "cells",
     "parse_toml",
+    "read_stats",
     "resolved",
     "run_episode",
     "schema",
     "shipped",
     "shipped_trainings",
+    "stats_request",
     "student_t",
 ]
 
@@ -220,5 +223,7 @@ class EpisodeStream:
     def __next__(self) -> tuple[int, int, int, Summary, float]: ...
 
 def student_t(probability: float, degrees_of_freedom: float) -> float: ...
+def stats_request() -> bytes: ...
+def read_stats(message: bytes) -> Stats: ...
 def shipped_trainings() -> list[tuple[str, str]]: ...
 def parse_toml(text: str, name: str) -> dict[str, object]: ...

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from swath.cli.options import AsJson
+from swath.cli.options import AsJson, TlsCa, TlsCertificate, TlsKey, tls_from
 from swath.cli.stop import Stopped
-from swath.errors import ConfigError
 
 if TYPE_CHECKING:
     from swath.rollouts import Work
@@ -40,9 +39,9 @@ def worker(
     deadline_s: Annotated[
         float, typer.Option(help="How long a server may be silent before it counts as gone, seconds.")
     ] = 60.0,
-    zenoh: Annotated[
-        Path | None, typer.Option(help="JSON file with settings of Zenoh by their path.", show_default="none")
-    ] = None,
+    tls_ca: TlsCa = None,
+    tls_certificate: TlsCertificate = None,
+    tls_key: TlsKey = None,
     as_json: AsJson = False,
 ) -> None:
     """Play episodes of a policy on servers, and keep their trajectories and results.
@@ -66,7 +65,7 @@ def worker(
             shard=shard,
             server=server,
             deadline_s=deadline_s,
-            zenoh=None if zenoh is None else _settings(zenoh),
+            zenoh=tls_from(tls_ca, tls_certificate, tls_key),
             progress=True,
             observation=None if observation is None else {"kind": observation},
             action=None if action is None else {"kind": action},
@@ -96,15 +95,3 @@ def _plain(work: Work, out: Path) -> dict[str, object]:
         "dataset": None if work.dataset is None else str(work.dataset),
         "summary": None if work.results is None else work.results.summary(),
     }
-
-
-def _settings(path: Path) -> dict[str, object]:
-    """Reads settings of Zenoh."""
-    try:
-        settings = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError:
-        settings = None
-    if not isinstance(settings, dict):
-        text = f"`zenoh` must be a file with a JSON object in it, got {path}"
-        raise ConfigError(text)
-    return settings

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Answers", "Link"]
 
-_VERBS = ("open", "reset", "step", "snapshot", "restore", "close")
+_VERBS = ("open", "reset", "step", "snapshot", "restore", "close", "stats")
 _CONNECT_MS = 5000
 # Larger than the largest message by far more than Zenoh adds.
 _MAX_MESSAGE_BYTES = (64 << 20) + (64 << 10)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from swath.errors import ConfigError
 from swath.evaluation.journal import Journal
+from swath.evaluation.row import add
 from swath.files import check_folder
 from swath.rollouts import trajectory
 
@@ -65,7 +66,8 @@ class Store:
         rows: dict[Task, Row] = {}
         for shard in self.sweep.all_shards():
             if (self.folder / shard.folder).exists():
-                rows |= self.journal(shard).rows
+                for row in self.journal(shard).rows.values():
+                    add(rows, row)
         return rows
 
     def journal(self, shard: Shard) -> Journal:
