@@ -3,7 +3,7 @@
 //! Bytes go in and out; Python moves them. The rows of a batch may lie on several servers, some neighbouring ones on each.
 
 mod part;
-mod tally;
+mod perception;
 
 use numpy::{PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::PyAttributeError;
@@ -26,11 +26,10 @@ use swath_wire::header::{Header, Verb};
 use swath_wire::hosted::ENV_ID;
 use swath_wire::layout::Layout;
 use swath_wire::message::{
-    AutoresetMode, Open, OpenReply, Percept, Reset, ResetReply, Restore, Seeds, Snapshot,
-    SnapshotReply, Step, StepReply,
+    AutoresetMode, Open, OpenReply, Reset, ResetReply, Restore, Seeds, Snapshot, SnapshotReply,
+    Step, StepReply,
 };
 use swath_wire::numbers::{bytes_of, read_into};
-use swath_wire::percept::read_percept;
 use swath_wire::received::{EndedMut, read_reset, read_step};
 
 use crate::action::ActionBuffer;
@@ -44,7 +43,7 @@ use crate::spec::{self, ActionForm, PartTuple};
 use crate::summary::write_numbers;
 use crate::weeds::weeds_of_rows;
 use part::{Part, replies, settled};
-use tally::{Tally, weeds_of};
+use perception::Perception;
 
 type ResetTuple<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 
@@ -66,9 +65,8 @@ pub(crate) struct RemoteBatch {
     rows: usize,
     parts: Vec<Part>,
     states: Vec<State>,
-    /// What the mowers perceive, one a row, where it was asked for.
-    mirrors: Option<Vec<Mirror>>,
-    tallies: Vec<Tally>,
+    /// What the mowers perceive, where it was asked for.
+    perception: Option<Perception>,
     actions: ActionBuffer,
     face: Face,
     last: Vec<Option<Last>>,
@@ -76,9 +74,8 @@ pub(crate) struct RemoteBatch {
     last_mask: Vec<bool>,
     /// Which choices are open in every row.
     masks: Vec<bool>,
-    /// The rows that the reset in flight begins, and how many weeds each of them has.
+    /// The rows that the reset in flight begins.
     begun: Vec<bool>,
-    begun_weeds: Vec<usize>,
     /// How the rows stand that the restore in flight puts back.
     restored: Vec<(usize, State)>,
 }
@@ -129,9 +126,7 @@ impl RemoteBatch {
             last_observation: template.observation_spec().rows(last_rows),
             last_mask: vec![false; rows * last_choices],
             masks: vec![true; rows * choices],
-            mirrors: None,
-            tallies: vec![Tally::begun(weeds_of(&scenario.get().scenario)); rows],
-            begun_weeds: vec![0; rows],
+            perception: None,
             scenario: scenario.unbind(),
             template,
             autoreset,
@@ -183,8 +178,10 @@ impl RemoteBatch {
 
     /// The numbers of a row's present episode, as far as it has got, without an outcome. Percepts have to be told for it.
     fn summary<'py>(&self, py: Python<'py>, row: usize) -> Result<Bound<'py, PyDict>, Error> {
-        let mirror = self.mirrors()?.get(row).ok_or_else(|| no_row(row, self.rows))?;
-        let summary = self.tallies[row].summary(mirror, self.template().scenario())?;
+        if row >= self.rows {
+            return Err(no_row(row, self.rows).into());
+        }
+        let summary = self.perception()?.summary(row)?;
         let numbers = PyDict::new(py);
         write_numbers(&numbers, &summary)?;
         Ok(numbers)
@@ -256,8 +253,7 @@ impl RemoteBatch {
         client: &str,
         percept: bool,
     ) -> Result<(), Error> {
-        let site = self.template().site();
-        self.mirrors = percept.then(|| vec![Mirror::new(site); self.rows]);
+        self.perception = percept.then(|| Perception::new(self.template(), self.rows));
         let config = self.scenario.get().scenario.to_toml();
         let autoreset = match self.autoreset {
             Autoreset::NextStep => AutoresetMode::NextStep,
@@ -322,6 +318,7 @@ impl RemoteBatch {
             .into_iter()
             .map(|points| points.map(bytes))
             .collect();
+        let is_in_doubt = settled(&self.parts).is_err();
         for part in &mut self.parts {
             let rows = part.first..part.first + part.rows;
             let there = bytes_of(seeds[rows.clone()].iter().map(Option::is_some));
@@ -336,11 +333,12 @@ impl RemoteBatch {
             (part.reply, part.was_asked) = (None, true);
             part.session.call(now_ms, Verb::Reset, &reset)?;
         }
+        if let Some(perception) = &mut self.perception {
+            let given = |row: usize| weeds.get(row).or(weeds.first()).and_then(Option::as_ref);
+            let count = |row| given(row).map(|table| table.len() / (2 * size_of::<f64>()));
+            perception.ask_to_begin(&mask, count, is_in_doubt);
+        }
         self.begun = mask;
-        let drawn = weeds_of(self.template().scenario());
-        let given = |row: usize| weeds.get(row).or(weeds.first()).and_then(Option::as_ref);
-        self.begun_weeds =
-            (0..self.rows).map(|row| given(row).map_or(drawn, |table| table.len() / 16)).collect();
         Ok(())
     }
 
@@ -484,15 +482,19 @@ impl RemoteBatch {
         let choices = self.template.mask_width();
         for (row, state) in std::mem::take(&mut self.restored) {
             self.states[row] = state;
-            self.tallies[row].forget();
             self.face.forget(row);
+            if let Some(perception) = &mut self.perception {
+                perception.forget(row);
+            }
         }
         // What is perceived and may be chosen now, of all rows on the servers that were asked.
         let parts = self.parts.iter().filter(|part| part.was_asked);
         for (part, reply) in parts.zip(&replies) {
             let (_, payload) = Header::read(reply).map_err(Fault::from)?;
             let reply: ResetReply = codec::read(payload)?;
-            perceive(&mut self.mirrors, part, reply.percept.as_ref())?;
+            if let Some(perception) = &mut self.perception {
+                perception.take_in(part, reply.percept.as_ref())?;
+            }
             if choices == 0 {
                 continue;
             }
@@ -526,7 +528,11 @@ impl RemoteBatch {
     ///
     /// [`ConfigError`] if the sessions were opened without percepts.
     pub(crate) fn mirrors(&self) -> Result<&[Mirror], ConfigError> {
-        self.mirrors.as_deref().ok_or_else(|| {
+        self.perception().map(Perception::mirrors)
+    }
+
+    fn perception(&self) -> Result<&Perception, ConfigError> {
+        self.perception.as_ref().ok_or_else(|| {
             ConfigError::value("percept", "true where a scripted agent acts", "false")
         })
     }
@@ -556,11 +562,9 @@ impl RemoteBatch {
             template,
             states,
             masks,
-            mirrors,
-            tallies,
+            perception,
             ..
         } = self;
-        let scenario = template.rows()[0].scenario();
         let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
         let is_same_step = self.autoreset == Autoreset::SameStep;
         let last_sizes = if is_same_step { sizes } else { Sizes::default() };
@@ -584,14 +588,18 @@ impl RemoteBatch {
                 last_mask = rest;
                 let into = EndedMut { last: last_of_part, observation, mask };
                 ended += read_step(&reply, of_part, into)?;
-                perceive(mirrors, part, reply.percept.as_ref())?;
+                if let Some(perception) = perception {
+                    perception.take_in(part, reply.percept.as_ref())?;
+                }
             }
             for (row, state) in states.iter_mut().enumerate() {
                 let has_ended = table.terminated[row] || table.truncated[row];
-                if *state == State::Ended || (has_ended && is_same_step) {
-                    tallies[row] = Tally::begun(weeds_of(scenario));
-                } else {
-                    tallies[row].add(table.weed[row], scenario.reward.weed);
+                if let Some(perception) = perception {
+                    if *state == State::Ended || (has_ended && is_same_step) {
+                        perception.begin_next(row);
+                    } else {
+                        perception.count(row, table.weed[row]);
+                    }
                 }
                 *state = if has_ended && !is_same_step { State::Ended } else { State::Running };
             }
@@ -607,7 +615,7 @@ impl RemoteBatch {
         mask: &[bool],
     ) -> Result<Bound<'py, PyAny>, Error> {
         let replies = replies(&mut self.parts)?;
-        let Self { face, parts, template, states, masks, mirrors, tallies, begun_weeds, .. } = self;
+        let Self { face, parts, template, states, masks, perception, .. } = self;
         let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
         face.begin(mask);
         let (observation, ()) = face.write(py, |table, observation| {
@@ -618,11 +626,15 @@ impl RemoteBatch {
                 let (of_part, rest) = out.split_at(part.rows, sizes, choices);
                 out = rest;
                 read_reset(&reply, of_part)?;
-                perceive(mirrors, part, reply.percept.as_ref())?;
+                if let Some(perception) = perception {
+                    perception.take_in(part, reply.percept.as_ref())?;
+                }
             }
             for row in (0..mask.len()).filter(|&row| mask[row]) {
                 states[row] = State::Running;
-                tallies[row] = Tally::begun(begun_weeds[row]);
+                if let Some(perception) = perception {
+                    perception.begin(row);
+                }
                 let places = row * choices..(row + 1) * choices;
                 masks[places.clone()].copy_from_slice(&table.action_mask[places]);
             }
@@ -630,15 +642,4 @@ impl RemoteBatch {
         })?;
         Ok(observation)
     }
-}
-
-/// Takes in what the mowers of a part perceive, where it was asked for.
-fn perceive(
-    mirrors: &mut Option<Vec<Mirror>>,
-    part: &Part,
-    percept: Option<&Percept>,
-) -> Result<(), Error> {
-    let Some(mirrors) = mirrors else { return Ok(()) };
-    read_percept(percept, &mut mirrors[part.first..part.first + part.rows])?;
-    Ok(())
 }

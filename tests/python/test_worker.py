@@ -224,6 +224,17 @@ def test_a_worker_that_is_killed_goes_on_and_keeps_every_episode_once(server, wh
     assert sorted(entry.name for entry in (out / "shard-1-of-1").iterdir()) == ["journal.jsonl"]
 
 
+def test_ctrl_c_says_how_to_go_on(server, tmp_path):
+    out = tmp_path / "sweep"
+    process = start(server, out, "--num-envs", "2")
+    while not journal(out):
+        time.sleep(0.002)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=25)
+    assert (process.returncode, error) == (130, "swath: stopped: the same command goes on from here\n")
+    assert not (out / "episodes.csv").exists()
+
+
 def test_a_worker_that_has_nothing_left_to_do_needs_no_server(whole, capsys):
     before = (whole / "episodes.csv").read_bytes()
     command = ["worker", "--connect", f"tcp/127.0.0.1:{free_port()}", "--policy", "snake", "--json"]

@@ -292,7 +292,7 @@ fn a_session_that_does_not_ask_for_percepts_is_told_none() {
         percept: false,
         client: String::new(),
     };
-    let mut longest = Vec::new();
+    let (mut longest, mut sizes) = (Vec::new(), Vec::new());
     for percept in [false, true] {
         open.percept = percept;
         let mut hosted = Hosted::open(&open, &Limits::default(), 1).unwrap();
@@ -303,8 +303,17 @@ fn a_session_that_does_not_ask_for_percepts_is_told_none() {
         let table = bytes_of([0.0_f32; 2]);
         let reply = ask(&mut hosted, Verb::Step, &Step { actions: vec![&table] }).unwrap();
         assert_eq!(codec::read::<StepReply>(&reply).unwrap().percept.is_some(), percept);
+        let mut bytes = 0;
+        for _ in 0..50 {
+            let step = Step { actions: vec![&table] };
+            bytes += ask(&mut hosted, Verb::Step, &step).unwrap().len();
+        }
+        sizes.push(bytes);
     }
     assert!(longest[0] < longest[1], "{longest:?}");
+    // Eight lengths, then for each of two mowers 65 bytes and what little is new.
+    let told = (sizes[1] - sizes[0]) / 50;
+    assert!((64 + 2 * 65..64 + 2 * 100).contains(&told), "{told} bytes a step");
 }
 
 #[test]
