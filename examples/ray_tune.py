@@ -8,6 +8,7 @@ Trials run side by side, one on each core; Ray's own cluster does the same on ma
 from __future__ import annotations
 
 import argparse
+import math
 
 import gymnasium as gym
 import ray
@@ -54,16 +55,12 @@ def main() -> None:
         )
         .debugging(seed=arguments.seed, log_level="ERROR")
     )
-    score = "env_runners/episode_return_mean"
     ray.init(include_dashboard=False, num_cpus=arguments.jobs, log_to_driver=False)
     tuner = tune.Tuner(
         PPO,
         param_space=config,
         tune_config=tune.TuneConfig(
-            num_samples=arguments.samples,
-            metric=score,
-            mode="max",
-            search_alg=BasicVariantGenerator(random_state=arguments.seed),
+            num_samples=arguments.samples, search_alg=BasicVariantGenerator(random_state=arguments.seed)
         ),
         run_config=tune.RunConfig(
             storage_path=arguments.out, stop={"training_iteration": arguments.iterations}, verbose=0
@@ -73,9 +70,10 @@ def main() -> None:
     ray.shutdown()
     for error in results.errors:
         raise error
-    table = results.get_dataframe().sort_values(score, ascending=False)
-    for lr, mean in zip(table["config/lr"], table[score], strict=True):
-        print(f"learning rate {lr:.6f}: return {mean:.1f}")
+    # A trial whose episodes are longer than it is has no return.
+    returns = {result.config["lr"]: result.metrics["env_runners"].get("episode_return_mean") for result in results}
+    for lr, mean in sorted(returns.items(), key=lambda pair: -math.inf if pair[1] is None else pair[1], reverse=True):
+        print(f"learning rate {lr:.6f}: return {'of no episode' if mean is None else f'{mean:.3f}'}")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
-from serving import SERVER, Server, same
+from remote_server import Server, needs_server, same
 
 import swath
 from swath.registration import ENV_ID
@@ -33,7 +33,7 @@ def test_a_key_that_nobody_knows_is_named(key):
         swath.rllib.env_creator({"num_envs": 2, key: 1})
 
 
-@pytest.mark.skipif(not SERVER.exists(), reason="needs the server: `make server` builds it")
+@needs_server
 def test_environments_on_servers_are_those_here_to_the_bit():
     servers = [Server(), Server()]
     far = swath.rllib.env_creator({"num_envs": 4, "connect": [server.endpoint for server in servers], **BLOCKS})

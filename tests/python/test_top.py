@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from serving import SERVER, Server
+from remote_server import Server, needs_server
 
 import swath
 from swath import _native
@@ -18,7 +18,7 @@ from swath.cli import main
 from swath.registration import ENV_ID
 from swath.remote.watch import Reading, Watch
 
-pytestmark = pytest.mark.skipif(not SERVER.exists(), reason="needs the server: `make server` builds it")
+pytestmark = needs_server
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""Servers for tests: real processes on this machine's loopback."""
+"""A server of swath in a process of its own, and what its environments are held against."""
 
 from __future__ import annotations
 
@@ -8,10 +8,16 @@ import socket
 import subprocess
 from pathlib import Path
 
+import gymnasium as gym
 import numpy as np
+import pytest
 
 TARGET = Path(os.environ.get("CARGO_TARGET_DIR", Path(__file__).parents[2] / "target"))
 SERVER = TARGET / "debug/swath-server"
+
+SHORT = {"episode": {"budget": 0.01}, "pasture": {"headland_m": 2.0}}
+
+needs_server = pytest.mark.skipif(not SERVER.exists(), reason="needs the server: `make server` builds it")
 
 
 def free_port() -> int:
@@ -44,6 +50,13 @@ class Server:
         assert self.process.stdout is not None
         self.process.stdout.close()
         return status
+
+
+def actions_for(vec, rng):
+    space = vec.single_action_space
+    if isinstance(space, gym.spaces.Discrete):
+        return rng.integers(0, 3, vec.num_envs)
+    return rng.uniform(-1, 1, (vec.num_envs, *space.shape)).astype(np.float32)
 
 
 def same(one, other):
