@@ -17,6 +17,7 @@
 //! | [`hosted`] | the batch behind a session: requests in, replies out |
 //! | [`received`] | replies as the columns of a batch |
 //! | [`client`] | the client's end of one session |
+//! | [`resume`] | a session that goes on at the next server |
 //! | [`server`] | the server's end of all sessions |
 //!
 //! The protocol is described for other implementations in `docs/protocol`.
@@ -31,4 +32,5 @@ pub mod layout;
 pub mod hosted;
 pub mod received;
 pub mod client;
+pub mod resume;
 pub mod server;

@@ -9,4 +9,5 @@ pub mod columns;
 pub mod dice;
 pub mod oracle;
 pub mod scene;
+pub mod simulator;
 pub mod watch;
