@@ -47,7 +47,7 @@ pub struct Arguments {
     /// Most bytes of replies that are kept in case they are asked for again [default: 1073741824]
     #[arg(long, value_name = "BYTES")]
     pub max_cached: Option<u64>,
-    /// How long until a client that is frozen counts as gone, milliseconds [default: 10000]
+    /// How long until clients take a frozen server for gone, milliseconds; each client announces its own [default: 10000]
     #[arg(long, value_name = "MS")]
     pub lease_ms: Option<u32>,
     /// How long a session outlives its client, milliseconds [default: 30000]

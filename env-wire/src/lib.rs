@@ -15,6 +15,7 @@
 //! | [`codec`] | messages as bytes, and back |
 //! | [`layout`] | which tables the messages of a batch hold |
 //! | [`hosted`] | the batch behind a session: requests in, replies out |
+//! | [`peer`] | whether a server is of the same build |
 //! | [`received`] | replies as the columns of a batch |
 //! | [`client`] | the client's end of one session |
 //! | [`resume`] | a session that goes on at the next server |
@@ -30,6 +31,7 @@ pub mod message;
 pub mod codec;
 pub mod layout;
 pub mod hosted;
+pub mod peer;
 pub mod received;
 pub mod client;
 pub mod resume;

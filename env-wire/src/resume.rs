@@ -283,6 +283,12 @@ impl ResumingSession {
         self.is_lost || self.session.is_in_doubt()
     }
 
+    /// Whether sessions that are lost are resumed.
+    #[must_use]
+    pub fn is_resuming(&self) -> bool {
+        self.options.is_some()
+    }
+
     /// How often the session was resumed.
     #[must_use]
     pub fn resumed(&self) -> u64 {

@@ -1,5 +1,6 @@
 //! A server in a process of its own, and somebody who asks it things.
 
+use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -15,6 +16,9 @@ use swath_wire::hosted::ENV_ID;
 use swath_wire::message::{AutoresetMode, Open, OpenReply, Reset, Seeds, SpecReply, Step};
 use zenoh::query::{ConsolidationMode, Reply};
 use zenoh::{Config, Session, Wait as _};
+
+/// The environment variable with the lease that a client announces, milliseconds, where it is not the usual one.
+pub(crate) const LEASE_MS: &str = "SWATH_TEST_LEASE_MS";
 
 /// Longer than anything here takes.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
@@ -44,6 +48,18 @@ impl Running {
         Self { child, endpoint }
     }
 
+    /// Resident memory, bytes; none where the system does not tell.
+    pub(crate) fn memory_bytes(&self) -> Option<u64> {
+        let status = fs::read_to_string(format!("/proc/{}/status", self.child.id())).ok()?;
+        let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+        Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? << 10)
+    }
+
+    /// Stops it, or lets it go on, as `kill -STOP` and `kill -CONT` do.
+    pub(crate) fn signal(&self, signal: &str) {
+        send_signal(&self.child, signal);
+    }
+
     /// Ends it as `kill -9` does.
     pub(crate) fn kill(&mut self) {
         self.child.kill().unwrap();
@@ -52,10 +68,14 @@ impl Running {
 
     /// Ends it as a system does that shuts down.
     pub(crate) fn terminate(&mut self) -> ExitStatus {
-        let pid = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+        self.signal("-TERM");
         ended(&mut self.child)
     }
+}
+
+/// `long` if the environment variable `LONG` is set, as `make test-faults` does, or else `short`.
+pub(crate) fn size(short: u64, long: u64) -> u64 {
+    if std::env::var_os("LONG").is_some_and(|value| !value.is_empty()) { long } else { short }
 }
 
 impl Drop for Running {
@@ -78,6 +98,11 @@ fn command(flags: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_swath-server"));
     command.args(flags).env("SWATH_LOG", "error,zenoh=off").env_remove("RUST_LOG");
     command
+}
+
+pub(crate) fn send_signal(child: &Child, signal: &str) {
+    let pid = child.id().to_string();
+    assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
 }
 
 fn ended(child: &mut Child) -> ExitStatus {
@@ -118,11 +143,18 @@ impl Client {
                 tls["enable_mtls"] = Value::Bool(true);
             }
         }
+        // What a client announces is how long a server waits for one that is frozen.
+        let lease_ms = std::env::var(LEASE_MS).map_or(10_000, |text| text.parse().unwrap());
         let config = json!({
             "mode": "client",
-            "connect": { "endpoints": [endpoint], "timeout_ms": 3000, "exit_on_failure": true },
+            "connect": {
+                "endpoints": [endpoint],
+                "timeout_ms": 3000,
+                "exit_on_failure": true,
+                "retry": { "period_init_ms": 100, "period_max_ms": 500 },
+            },
             "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
-            "transport": { "link": { "tls": tls } },
+            "transport": { "link": { "tls": tls, "tx": { "lease": lease_ms } } },
         });
         let session = zenoh::open(Config::from_json5(&config.to_string())?).wait()?;
         Ok(Self { session, server: "default".to_owned() })
