@@ -15,7 +15,7 @@ use swath_core::batch::{
 use swath_core::episode::End;
 use swath_core::geometry::Point;
 use swath_core::observation::{Observation, Sizes};
-use swath_wire::client::{ClientOptions, ClientOutput};
+use swath_wire::client::{ClientError, ClientOptions, ClientOutput};
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Verb};
@@ -172,9 +172,9 @@ impl RemoteBatch {
         table(py, &self.masks, self.rows)
     }
 
-    /// The name of the lease of one server's session.
-    fn lease(&self, part: usize) -> String {
-        format!("{:032x}", self.parts[part].session.lid().unwrap_or_default())
+    /// The name of the lease of one server's session; none if there is none.
+    fn lease(&self, part: usize) -> Option<String> {
+        self.parts[part].session.lid().map(|lid| format!("{lid:032x}"))
     }
 
     /// What to do next for one server.
@@ -220,6 +220,9 @@ impl RemoteBatch {
 
     /// Asks every server that has not answered the last call the same once more.
     fn retry(&mut self, now_ms: u64) -> Result<(), Error> {
+        if self.parts.iter().all(|part| !part.session.is_in_doubt() && part.reply.is_none()) {
+            return Err(ClientError::NothingToRetry.into());
+        }
         for part in &mut self.parts {
             if part.session.is_in_doubt() {
                 part.reply = None;
