@@ -103,7 +103,8 @@ impl Server {
             options.listen.with_port().map_err(|error| FrontError::Zenoh(error.to_string()))?;
         let (config, most) = (settings(&options)?, options.max_waiting);
         let front = Front::open(config, &options.name, boot_id, most, &events_in)?;
-        let workers = worker::start(options.workers, options.limits, tasks_out, &events_in);
+        let workers =
+            worker::start(options.workers, options.limits, options.bounds, tasks_out, &events_in);
         let schema = serde_json::to_string(&config::schema()).expect("a schema is JSON");
         let envs =
             vec![EnvInfo { id: ENV_ID.to_owned(), config_schema: schema, autoreset: EVERY_MODE }];

@@ -20,22 +20,28 @@ SHORT = {"episode": {"budget": 0.01}, "pasture": {"headland_m": 2.0}}
 needs_server = pytest.mark.skipif(not SERVER.exists(), reason="needs the server: `make server` builds it")
 
 
+def free_port() -> int:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port: int = free.getsockname()[1]
+        return port
+
+
 class Server:
     """A server process on a free port."""
 
-    def __init__(self, *flags: str) -> None:
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    def __init__(self, *flags: str, name: str = "default") -> None:
+        self.name = name
+        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
         self.flags = flags
         self.start()
 
     def start(self) -> None:
-        command = [str(SERVER), "--listen", self.endpoint, *self.flags]
+        command = [str(SERVER), "--listen", self.endpoint, "--name", self.name, *self.flags]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
         assert self.process.stdout is not None
         line = self.process.stdout.readline()
-        assert line == f"swath-server ready: {self.endpoint} default\n", line
+        assert line == f"swath-server ready: {self.endpoint} {self.name}\n", line
 
     def end(self, how: signal.Signals = signal.SIGTERM) -> int:
         if self.process.poll() is None:

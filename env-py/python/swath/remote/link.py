@@ -34,7 +34,7 @@ _open_links: weakref.WeakSet[Link] = weakref.WeakSet()
 
 
 class _Forked:
-    """Whether this process ever opened a session, and whether it comes from one that had: there Zenoh would wait for ever."""
+    """Whether this process ever opened a session, and whether its parent had: then Zenoh would wait for ever."""
 
     has_opened = False
     is_too_late = False
@@ -62,9 +62,7 @@ class Link:
         """
         need("`swath.remote`", "remote", "zenoh")
         if _forked.is_too_late:
-            text = (
-                "this process was forked from one that had opened environments on a server; use `spawn` or `forkserver`"
-            )
+            text = "the process was forked after environments on a server were opened; use `spawn` or `forkserver`"
             raise RemoteError(text)
         import zenoh
 
