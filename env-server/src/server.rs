@@ -124,7 +124,7 @@ impl Server {
             clock: Clock::start(),
             listen: options.listen,
             front,
-            post: Post::open(),
+            post: Post::default(),
             sessions,
             events,
             tasks,
@@ -240,7 +240,9 @@ impl Server {
                 }
             }
             ServerOutput::Drop(query) => {
-                self.queries.remove(&query);
+                if let Some(query) = self.queries.remove(&query) {
+                    self.post.discard(query);
+                }
             }
             ServerOutput::Free { sid } => {
                 tracing::info!(session = short(sid), "freed");

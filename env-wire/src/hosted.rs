@@ -87,7 +87,7 @@ impl Hosted {
     ///
     /// # Errors
     ///
-    /// [`Fault::BadConfig`] if the scenario or the snapshot cannot be used or the environments are too large,
+    /// [`Fault::BadConfig`] if the scenario or the snapshot cannot be used or the environments are too many or too large,
     /// [`Fault::TooLarge`] if a reply would not fit into
     /// a message or there are too many environments.
     pub fn open_within(
@@ -105,10 +105,10 @@ impl Hosted {
             return Err(bad("`num_envs` must be at least 1, got 0".to_owned()));
         }
         if open.num_envs > limits.max_envs {
-            return Err(Fault::TooLarge {
-                size: open.num_envs.into(),
-                limit: limits.max_envs.into(),
-            });
+            let (most, got) = (limits.max_envs, open.num_envs);
+            return Err(bad(format!(
+                "`num_envs` must be at most {most} on this server, got {got}"
+            )));
         }
         let document = Document::parse("remote", &open.config, Path::new(""))
             .map_err(|error| bad(error.to_string()))?;

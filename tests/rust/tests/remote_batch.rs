@@ -177,7 +177,7 @@ fn what_cannot_be_opened_is_refused_by_name() {
     assert_eq!(refused(|open| open.num_envs = 0), "`num_envs` must be at least 1, got 0");
     assert_eq!(
         refused(|open| open.num_envs = 20_000),
-        "20000 bytes are more than the limit of 16384"
+        "`num_envs` must be at most 16384 on this server, got 20000"
     );
     assert_eq!(
         refused(|open| open.config = "[mower]\ndeck_width_m = 0.0".to_owned()),
