@@ -9,6 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use serde_json::{Value, json};
+use swath_server::endpoint::Endpoint;
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Kind, Verb};
@@ -31,6 +32,11 @@ pub(crate) struct Running {
 
 impl Running {
     pub(crate) fn start(flags: &[&str]) -> Self {
+        Self::try_start(flags).expect("it starts")
+    }
+
+    /// The same; none if it ends instead.
+    pub(crate) fn try_start(flags: &[&str]) -> Option<Self> {
         let mut flags = flags.to_vec();
         if !flags.contains(&"--listen") {
             flags.extend(["--listen", "tcp/127.0.0.1:0"]);
@@ -44,8 +50,11 @@ impl Running {
             let _ = said.send(line);
         });
         let line = ready.recv_timeout(PATIENCE).expect("the server says that it is ready");
-        let endpoint = line.split(' ').nth(2).unwrap_or_else(|| panic!("{line:?}")).to_owned();
-        Self { child, endpoint }
+        let Some(endpoint) = line.split(' ').nth(2).map(str::to_owned) else {
+            ended(&mut child);
+            return None;
+        };
+        Some(Self { child, endpoint })
     }
 
     /// Resident memory, bytes; none where the system does not tell.
@@ -114,6 +123,31 @@ fn ended(child: &mut Child) -> ExitStatus {
     }
     let _ = child.kill();
     panic!("the server does not end");
+}
+
+/// A router of Zenoh's; ends with this.
+pub(crate) struct Router {
+    session: Session,
+    pub(crate) endpoint: String,
+}
+
+impl Router {
+    pub(crate) fn start() -> Self {
+        let endpoint = Endpoint::parse("tcp/127.0.0.1:0").unwrap().with_port().unwrap().to_string();
+        let config = json!({
+            "mode": "router",
+            "listen": { "endpoints": [endpoint], "exit_on_failure": true },
+            "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
+        });
+        let config = Config::from_json5(&config.to_string()).unwrap();
+        Self { session: zenoh::open(config).wait().unwrap(), endpoint }
+    }
+}
+
+impl Drop for Router {
+    fn drop(&mut self) {
+        let _ = self.session.close().wait();
+    }
 }
 
 /// What makes a client known to a server that asks for certificates.
