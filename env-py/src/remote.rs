@@ -19,7 +19,7 @@ use swath_core::episode::End;
 use swath_core::geometry::Point;
 use swath_core::mirror::Mirror;
 use swath_core::observation::{Observation, Sizes};
-use swath_wire::client::{ClientOptions, ClientOutput, ClientSession};
+use swath_wire::client::{ClientError, ClientOptions, ClientOutput};
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Verb};
@@ -27,10 +27,12 @@ use swath_wire::hosted::ENV_ID;
 use swath_wire::layout::Layout;
 use swath_wire::message::{
     AutoresetMode, Open, OpenReply, Reset, ResetReply, Restore, Seeds, Snapshot, SnapshotReply,
-    Step, StepReply,
+    SpecReply, Step, StepReply,
 };
 use swath_wire::numbers::{bytes_of, read_into};
+use swath_wire::peer::{check_build, check_opened};
 use swath_wire::received::{EndedMut, read_reset, read_step};
+use swath_wire::resume::{ResumeOptions, ResumingSession};
 
 use crate::action::ActionBuffer;
 use crate::batch::{autoreset_from, no_row};
@@ -90,7 +92,7 @@ enum State {
 #[pymethods]
 impl RemoteBatch {
     #[new]
-    #[pyo3(signature = (scenario, rows_of_parts, autoreset_mode, *, copy, attempt_ms, deadline_ms, jitter_seed))]
+    #[pyo3(signature = (scenario, rows_of_parts, autoreset_mode, *, copy, attempt_ms, deadline_ms, jitter_seed, hash_every=None))]
     fn new(
         scenario: Bound<Scenario>,
         rows_of_parts: Vec<usize>,
@@ -99,10 +101,13 @@ impl RemoteBatch {
         attempt_ms: u64,
         deadline_ms: u64,
         jitter_seed: u64,
+        hash_every: Option<u32>,
     ) -> Result<Self, Error> {
         let autoreset = autoreset_from(autoreset_mode)?;
         let options = BatchOptions { rows: 1, autoreset, threads: 1 };
         let template = BatchEnv::new(&scenario.get().scenario, options)?;
+        let resume =
+            hash_every.map(|hash_every| ResumeOptions { hash_every, ..ResumeOptions::default() });
         let mut rows = 0;
         let mut parts = Vec::new();
         for (of_part, ahead) in rows_of_parts.into_iter().zip(0..) {
@@ -112,7 +117,7 @@ impl RemoteBatch {
                 jitter_seed: jitter_seed.wrapping_add(ahead),
                 ..ClientOptions::default()
             };
-            let session = ClientSession::new(options);
+            let session = ResumingSession::new(options, resume);
             let part = Part { session, first: rows, rows: of_part, was_asked: false, reply: None };
             parts.push(part);
             rows += of_part;
@@ -187,9 +192,9 @@ impl RemoteBatch {
         Ok(numbers)
     }
 
-    /// The name of the lease of one server's session.
-    fn lease(&self, part: usize) -> String {
-        format!("{:032x}", self.parts[part].session.lid().unwrap_or_default())
+    /// The name of the lease of one server's session; none if there is none.
+    fn lease(&self, part: usize) -> Option<String> {
+        self.parts[part].session.lid().map(|lid| format!("{lid:032x}"))
     }
 
     /// What to do next for one server.
@@ -227,20 +232,46 @@ impl RemoteBatch {
     fn abandon(&mut self, now_ms: u64) {
         for part in &mut self.parts {
             // An answer that has arrived is kept: a retry asks the others only.
-            if let ClientOutput::Done(reply) = part.session.poll(now_ms) {
+            if let Some(reply) = part.session.abandon(now_ms) {
                 part.reply = Some(reply);
             }
-            part.session.abandon();
         }
     }
 
     /// Asks every server that has not answered the last call the same once more.
     fn retry(&mut self, now_ms: u64) -> Result<(), Error> {
+        if self.parts.iter().all(|part| !part.session.is_in_doubt() && part.reply.is_none()) {
+            return Err(ClientError::NothingToRetry.into());
+        }
         for part in &mut self.parts {
             if part.session.is_in_doubt() {
                 part.reply = None;
                 part.session.retry(now_ms)?;
             }
+        }
+        Ok(())
+    }
+
+    /// How often sessions were resumed at servers that were started anew.
+    #[getter]
+    fn resumed(&self) -> u64 {
+        self.parts.iter().map(|part| part.session.resumed()).sum()
+    }
+
+    /// Asks every server what it is.
+    fn begin_spec(&mut self, now_ms: u64) -> Result<(), Error> {
+        for part in &mut self.parts {
+            (part.reply, part.was_asked) = (None, true);
+            part.session.call_empty(now_ms, Verb::Spec)?;
+        }
+        Ok(())
+    }
+
+    /// The servers are of the same version of swath.
+    fn finish_spec(&mut self) -> Result<(), Error> {
+        for reply in replies(&mut self.parts)? {
+            let (_, payload) = Header::read(&reply).map_err(Fault::from)?;
+            check_build(&codec::read::<SpecReply>(payload)?, env!("CARGO_PKG_VERSION"))?;
         }
         Ok(())
     }
@@ -283,19 +314,7 @@ impl RemoteBatch {
         for reply in replies(&mut self.parts)? {
             let (_, payload) = Header::read(&reply).map_err(Fault::from)?;
             let reply: OpenReply = codec::read(payload)?;
-            if reply.config_hash != self.scenario.get().scenario.hash() {
-                return Err(Error::Remote(
-                    "the server has another version of swath: it reads the scenario otherwise"
-                        .to_owned(),
-                ));
-            }
-            let got = (&reply.observation, &reply.action, &reply.info, &reply.ended);
-            let Layout { observation, action, info, ended } = &self.layout;
-            if got != (observation, action, info, ended) {
-                return Err(Error::Remote(
-                    "the server has another version of swath: its tables differ".to_owned(),
-                ));
-            }
+            check_opened(&reply, &self.layout, &self.scenario.get().scenario.hash())?;
         }
         Ok(())
     }

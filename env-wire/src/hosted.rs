@@ -8,6 +8,7 @@ use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchError, BatchOptions, 
 use swath_core::config::{Document, ValidScenario};
 use swath_core::env::{Beginning, Env};
 use swath_core::geometry::Point;
+use swath_core::grid::Grid;
 use swath_core::observation::Observation;
 
 use crate::codec;
@@ -25,6 +26,21 @@ use crate::percept::{Tables, Teller};
 /// The scenarios that can be opened.
 pub const ENV_ID: &str = "swath/MowerRouting-v0";
 
+/// How large the environments of a session may be, all of them together: what they take of the server's memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Bounds {
+    /// Cells of their pastures, each a square metre.
+    pub max_cells: u64,
+    /// Their weeds.
+    pub max_weeds: u64,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self { max_cells: 1 << 28, max_weeds: 1 << 22 }
+    }
+}
+
 /// A batch of environments that is stepped by messages.
 #[derive(Debug)]
 pub struct Hosted {
@@ -39,6 +55,7 @@ pub struct Hosted {
     requests: u32,
     steps: u64,
     max_msg: u32,
+    max_weeds: u64,
 }
 
 /// What a step writes.
@@ -57,15 +74,31 @@ struct Columns {
 }
 
 impl Hosted {
+    /// The batch that a client asks for, within the usual bounds; see [`Self::open_within`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::open_within`].
+    pub fn open(open: &Open, limits: &Limits, threads: usize) -> Result<Self, Fault> {
+        Self::open_within(open, limits, Bounds::default(), threads)
+    }
+
     /// The batch that a client asks for, stepped by `threads` threads at most.
     ///
+    /// Nothing is built before its size is known.
     /// A scenario that names a file of weeds is refused: a server reads no files for its clients.
     ///
     /// # Errors
     ///
-    /// [`Fault::BadConfig`] if the scenario or the snapshot cannot be used, [`Fault::TooLarge`] if a reply would not fit into
+    /// [`Fault::BadConfig`] if the scenario or the snapshot cannot be used or the environments are too many or too large,
+    /// [`Fault::TooLarge`] if a reply would not fit into
     /// a message or there are too many environments.
-    pub fn open(open: &Open, limits: &Limits, threads: usize) -> Result<Self, Fault> {
+    pub fn open_within(
+        open: &Open,
+        limits: &Limits,
+        bounds: Bounds,
+        threads: usize,
+    ) -> Result<Self, Fault> {
         let bad = |text: String| Fault::BadConfig { text };
         if open.env_id != ENV_ID {
             return Err(bad(format!("`env_id` must be {ENV_ID}, got {}", open.env_id)));
@@ -75,10 +108,10 @@ impl Hosted {
             return Err(bad("`num_envs` must be at least 1, got 0".to_owned()));
         }
         if open.num_envs > limits.max_envs {
-            return Err(Fault::TooLarge {
-                size: open.num_envs.into(),
-                limit: limits.max_envs.into(),
-            });
+            let (most, got) = (limits.max_envs, open.num_envs);
+            return Err(bad(format!(
+                "`num_envs` must be at most {most} on this server, got {got}"
+            )));
         }
         let document = Document::parse("remote", &open.config, Path::new(""))
             .map_err(|error| bad(error.to_string()))?;
@@ -94,17 +127,26 @@ impl Hosted {
             AutoresetMode::SameStep => Autoreset::SameStep,
             AutoresetMode::Disabled => Autoreset::Disabled,
         };
-        let mut batch = BatchEnv::new(&scenario, BatchOptions { rows, autoreset, threads })
-            .map_err(|error| bad(error.to_string()))?;
-        let layout = Layout::of(&batch);
-        let teller = open.percept.then(|| Teller::new(&batch, most_weeds(&scenario)));
+        check_size(&scenario, rows as u64, bounds)?;
+        let batch_of = |rows| {
+            BatchEnv::new(&scenario, BatchOptions { rows, autoreset, threads })
+                .map_err(|error| bad(error.to_string()))
+        };
+        let one = batch_of(1)?;
+        let layout = Layout::of(&one);
+        let mut teller = open.percept.then(|| Teller::new(&one, rows, most_weeds(&scenario)));
         let longest = longest_reply(&layout, rows, teller.as_ref()) as u64;
         if longest > limits.max_msg.into() {
             return Err(Fault::TooLarge { size: longest, limit: limits.max_msg.into() });
         }
+        let mut batch = batch_of(rows)?;
         if let Some(snapshot) = open.snapshot {
             batch.restore(snapshot).map_err(|error| bad(error.to_string()))?;
             check_weeds(&batch, teller.as_ref())?;
+            // What a client knows who held the snapshot: a session that is resumed tells what the lost one would have told.
+            if let Some(teller) = &mut teller {
+                teller.tell(batch.rows(), |_| true);
+            }
         }
         let columns = Columns::new(&batch);
         let (hash_every, max_msg) = (open.hash_every, limits.max_msg);
@@ -119,6 +161,7 @@ impl Hosted {
             requests: 0,
             steps: 0,
             max_msg,
+            max_weeds: bounds.max_weeds,
         })
     }
 
@@ -255,9 +298,17 @@ impl Hosted {
             }
             weeds.push(Some(points.iter().map(|&[x, y]| Point::new(x, y)).collect()));
         }
-        for row in (0..rows).filter(|&row| mask[row]) {
-            let given = weeds.get(row).or(weeds.first()).and_then(Option::as_deref);
-            self.batch.reset_row(row, seeds[row], Beginning { weeds: given, start: None });
+        let given = |row: usize| weeds.get(row).or(weeds.first()).and_then(Option::as_deref);
+        let begun = || (0..rows).filter(|&row| mask[row]);
+        let given_weeds: u64 = begun().map(|row| given(row).map_or(0, <[_]>::len) as u64).sum();
+        if given_weeds > self.max_weeds {
+            let most = self.max_weeds;
+            return Err(bad(format!(
+                "`weeds` must be at most {most} in all environments of a session together, got {given_weeds}"
+            )));
+        }
+        for row in begun() {
+            self.batch.reset_row(row, seeds[row], Beginning { weeds: given(row), start: None });
         }
         self.present(reply, &mask)
     }
@@ -425,6 +476,26 @@ fn longest_reply(layout: &Layout, rows: usize, teller: Option<&Teller>) -> usize
 pub fn state_hash(batch: &BatchEnv) -> [u8; 16] {
     let hash: [u8; 32] = Sha256::digest(batch.snapshot()).into();
     std::array::from_fn(|i| hash[i])
+}
+
+/// Refuses environments that together are larger than the server takes on.
+fn check_size(scenario: &ValidScenario, rows: u64, bounds: Bounds) -> Result<(), Fault> {
+    let pasture = &scenario.pasture;
+    let cells = Grid::new(pasture.length_m, pasture.width_m).cells() as u64;
+    let given = scenario.weeds.positions_m.as_ref().map(|points| points.len() as u64);
+    let weeds = given.unwrap_or(scenario.weeds.count.into());
+    for (what, one, most) in [
+        ("the cells of the pasture, each 1 m by 1 m,", cells, bounds.max_cells),
+        ("the number of weeds", weeds, bounds.max_weeds),
+    ] {
+        let all = rows.saturating_mul(one);
+        if all > most {
+            let text =
+                format!("`num_envs` x {what} must be at most {most} on this server, got {all}");
+            return Err(Fault::BadConfig { text });
+        }
+    }
+    Ok(())
 }
 
 /// The seed of each environment.

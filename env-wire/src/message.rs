@@ -27,7 +27,8 @@ pub struct Limits {
     pub max_sessions: u32,
     /// Most environments of a session.
     pub max_envs: u32,
-    /// How long the network takes to notice that a client is gone, milliseconds.
+    /// How long clients take to notice that the server is frozen, milliseconds; a frozen client is noticed after the time
+    /// that it announces itself.
     pub lease_ms: u32,
     /// How long a session outlives its client, milliseconds.
     pub grace_ms: u32,

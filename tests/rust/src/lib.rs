@@ -10,4 +10,5 @@ pub mod dice;
 pub mod oracle;
 pub mod scene;
 pub mod sight;
+pub mod simulator;
 pub mod watch;
