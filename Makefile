@@ -120,6 +120,14 @@ test-py: build-release server ## the Python tests on the release build; ARGS= fi
 	python -m mypy.stubtest swath._native
 	python -m pytest -n 2 $(if $(LONG),,-m "not slow") $(ARGS)
 
+.PHONY: test-ray
+test-ray: build-release server ## sweeps and trainings on Ray, in .venv-rllib, where only the loopback exists if that can be made
+	$(call need,$(RLLIB),rllib)
+	PYTHONPATH=env-py/python OMP_NUM_THREADS=1 $(LOOPBACK) $(RLLIB)/bin/python -m pytest tests/python/test_ray.py $(ARGS)
+# Ray would listen at an address of the machine; in a network of its own it has none.
+LOOPBACK = $$(unshare --map-root-user --net ip link set lo up 2>/dev/null \
+  && echo unshare --map-root-user --net sh -c "'ip link set lo up && exec \"\$$@\"'" loopback)
+
 .PHONY: test-slow
 test-slow: ## every test, the slow ones too
 	@$(MAKE) --no-print-directory test LONG=1

@@ -3,6 +3,7 @@
 //! Bytes go in and out; Python moves them. The rows of a batch may lie on several servers, some neighbouring ones on each.
 
 mod part;
+mod perception;
 
 use numpy::{PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::PyAttributeError;
@@ -12,8 +13,11 @@ use swath_core::action::{ActionError, ActionSpec};
 use swath_core::batch::{
     Actions, Autoreset, BatchEnv, BatchError, BatchOptions, Last, joined, split,
 };
+use swath_core::config::ConfigError;
+use swath_core::env::Env;
 use swath_core::episode::End;
 use swath_core::geometry::Point;
+use swath_core::mirror::Mirror;
 use swath_core::observation::{Observation, Sizes};
 use swath_wire::client::{ClientError, ClientOptions, ClientOutput};
 use swath_wire::codec;
@@ -31,15 +35,17 @@ use swath_wire::received::{EndedMut, read_reset, read_step};
 use swath_wire::resume::{ResumeOptions, ResumingSession};
 
 use crate::action::ActionBuffer;
-use crate::batch::autoreset_from;
+use crate::batch::{autoreset_from, no_row};
 use crate::errors::Error;
 use crate::face::{Ends, Face, FlatStep, Step as FaceStep};
 use crate::infos::table;
 use crate::scenario::Scenario;
 use crate::seed::{Seed, seeds_of_rows};
 use crate::spec::{self, ActionForm, PartTuple};
+use crate::summary::write_numbers;
 use crate::weeds::weeds_of_rows;
 use part::{Part, replies, settled};
+use perception::Perception;
 
 type ResetTuple<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 
@@ -61,6 +67,8 @@ pub(crate) struct RemoteBatch {
     rows: usize,
     parts: Vec<Part>,
     states: Vec<State>,
+    /// What the mowers perceive, where it was asked for.
+    perception: Option<Perception>,
     actions: ActionBuffer,
     face: Face,
     last: Vec<Option<Last>>,
@@ -123,6 +131,7 @@ impl RemoteBatch {
             last_observation: template.observation_spec().rows(last_rows),
             last_mask: vec![false; rows * last_choices],
             masks: vec![true; rows * choices],
+            perception: None,
             scenario: scenario.unbind(),
             template,
             autoreset,
@@ -170,6 +179,17 @@ impl RemoteBatch {
             return table(py, &vec![true; self.rows * choices], self.rows);
         }
         table(py, &self.masks, self.rows)
+    }
+
+    /// The numbers of a row's present episode, as far as it has got, without an outcome. Percepts have to be told for it.
+    fn summary<'py>(&self, py: Python<'py>, row: usize) -> Result<Bound<'py, PyDict>, Error> {
+        if row >= self.rows {
+            return Err(no_row(row, self.rows).into());
+        }
+        let summary = self.perception()?.summary(row)?;
+        let numbers = PyDict::new(py);
+        write_numbers(&numbers, &summary)?;
+        Ok(numbers)
     }
 
     /// The name of the lease of one server's session; none if there is none.
@@ -256,8 +276,15 @@ impl RemoteBatch {
         Ok(())
     }
 
-    /// Asks for a session on every server.
-    fn begin_open(&mut self, now_ms: u64, nonces: Vec<u128>, client: &str) -> Result<(), Error> {
+    /// Asks for a session on every server, which tells what the mowers perceive if `percept` says so.
+    fn begin_open(
+        &mut self,
+        now_ms: u64,
+        nonces: Vec<u128>,
+        client: &str,
+        percept: bool,
+    ) -> Result<(), Error> {
+        self.perception = percept.then(|| Perception::new(self.template(), self.rows));
         let config = self.scenario.get().scenario.to_toml();
         let autoreset = match self.autoreset {
             Autoreset::NextStep => AutoresetMode::NextStep,
@@ -274,6 +301,7 @@ impl RemoteBatch {
                 autoreset,
                 hash_every: 0,
                 snapshot: None,
+                percept,
                 client: client.to_owned(),
             };
             part.session.open(now_ms, &open)?;
@@ -309,6 +337,7 @@ impl RemoteBatch {
             .into_iter()
             .map(|points| points.map(bytes))
             .collect();
+        let is_in_doubt = settled(&self.parts).is_err();
         for part in &mut self.parts {
             let rows = part.first..part.first + part.rows;
             let there = bytes_of(seeds[rows.clone()].iter().map(Option::is_some));
@@ -322,6 +351,11 @@ impl RemoteBatch {
             };
             (part.reply, part.was_asked) = (None, true);
             part.session.call(now_ms, Verb::Reset, &reset)?;
+        }
+        if let Some(perception) = &mut self.perception {
+            let given = |row: usize| weeds.get(row).or(weeds.first()).and_then(Option::as_ref);
+            let count = |row| given(row).map(|table| table.len() / (2 * size_of::<f64>()));
+            perception.ask_to_begin(&mask, count, is_in_doubt);
         }
         self.begun = mask;
         Ok(())
@@ -468,15 +502,21 @@ impl RemoteBatch {
         for (row, state) in std::mem::take(&mut self.restored) {
             self.states[row] = state;
             self.face.forget(row);
+            if let Some(perception) = &mut self.perception {
+                perception.forget(row);
+            }
         }
-        if choices == 0 {
-            return Ok(());
-        }
-        // What may be chosen now, of all rows on the servers that were asked.
+        // What is perceived and may be chosen now, of all rows on the servers that were asked.
         let parts = self.parts.iter().filter(|part| part.was_asked);
         for (part, reply) in parts.zip(&replies) {
             let (_, payload) = Header::read(reply).map_err(Fault::from)?;
             let reply: ResetReply = codec::read(payload)?;
+            if let Some(perception) = &mut self.perception {
+                perception.take_in(part, reply.percept.as_ref())?;
+            }
+            if choices == 0 {
+                continue;
+            }
             let table = reply.info.last().ok_or(Fault::Malformed { offset: 0 })?;
             let places = part.first * choices..(part.first + part.rows) * choices;
             read_into(table, &mut self.masks[places])?;
@@ -501,6 +541,26 @@ impl RemoteBatch {
 }
 
 impl RemoteBatch {
+    /// What every mower perceives.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] if the sessions were opened without percepts.
+    pub(crate) fn mirrors(&self) -> Result<&[Mirror], ConfigError> {
+        self.perception().map(Perception::mirrors)
+    }
+
+    fn perception(&self) -> Result<&Perception, ConfigError> {
+        self.perception.as_ref().ok_or_else(|| {
+            ConfigError::value("percept", "true where a scripted agent acts", "false")
+        })
+    }
+
+    /// One environment of the scenario, which has begun no episode.
+    pub(crate) fn template(&self) -> &Env {
+        &self.template.rows()[0]
+    }
+
     fn ends(&self) -> Ends<'_> {
         Ends {
             last: Box::new(|row: usize| self.last[row].as_ref()),
@@ -513,7 +573,16 @@ impl RemoteBatch {
     fn receive_step<'py>(&mut self, py: Python<'py>) -> Result<(Bound<'py, PyAny>, usize), Error> {
         let replies = replies(&mut self.parts)?;
         let Self {
-            face, parts, last, last_observation, last_mask, template, states, masks, ..
+            face,
+            parts,
+            last,
+            last_observation,
+            last_mask,
+            template,
+            states,
+            masks,
+            perception,
+            ..
         } = self;
         let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
         let is_same_step = self.autoreset == Autoreset::SameStep;
@@ -538,9 +607,19 @@ impl RemoteBatch {
                 last_mask = rest;
                 let into = EndedMut { last: last_of_part, observation, mask };
                 ended += read_step(&reply, of_part, into)?;
+                if let Some(perception) = perception {
+                    perception.take_in(part, reply.percept.as_ref())?;
+                }
             }
             for (row, state) in states.iter_mut().enumerate() {
                 let has_ended = table.terminated[row] || table.truncated[row];
+                if let Some(perception) = perception {
+                    if *state == State::Ended || (has_ended && is_same_step) {
+                        perception.begin_next(row);
+                    } else {
+                        perception.count(row, table.weed[row]);
+                    }
+                }
                 *state = if has_ended && !is_same_step { State::Ended } else { State::Running };
             }
             masks.copy_from_slice(&table.action_mask);
@@ -555,7 +634,7 @@ impl RemoteBatch {
         mask: &[bool],
     ) -> Result<Bound<'py, PyAny>, Error> {
         let replies = replies(&mut self.parts)?;
-        let Self { face, parts, template, states, masks, .. } = self;
+        let Self { face, parts, template, states, masks, perception, .. } = self;
         let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
         face.begin(mask);
         let (observation, ()) = face.write(py, |table, observation| {
@@ -566,9 +645,15 @@ impl RemoteBatch {
                 let (of_part, rest) = out.split_at(part.rows, sizes, choices);
                 out = rest;
                 read_reset(&reply, of_part)?;
+                if let Some(perception) = perception {
+                    perception.take_in(part, reply.percept.as_ref())?;
+                }
             }
             for row in (0..mask.len()).filter(|&row| mask[row]) {
                 states[row] = State::Running;
+                if let Some(perception) = perception {
+                    perception.begin(row);
+                }
                 let places = row * choices..(row + 1) * choices;
                 masks[places.clone()].copy_from_slice(&table.action_mask[places]);
             }

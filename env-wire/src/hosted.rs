@@ -21,6 +21,7 @@ use crate::message::{
     Step, StepReply,
 };
 use crate::numbers::{self, bytes_of};
+use crate::percept::{Tables, Teller};
 
 /// The scenarios that can be opened.
 pub const ENV_ID: &str = "swath/MowerRouting-v0";
@@ -48,6 +49,8 @@ pub struct Hosted {
     autoreset: Autoreset,
     layout: Layout,
     columns: Columns,
+    /// Where percepts were asked for.
+    teller: Option<Teller>,
     hash_every: u32,
     requests: u32,
     steps: u64,
@@ -129,14 +132,19 @@ impl Hosted {
             BatchEnv::new(&scenario, BatchOptions { rows, autoreset, threads })
                 .map_err(|error| bad(error.to_string()))
         };
-        let layout = Layout::of(&batch_of(1)?);
-        let longest = layout.longest_reply(rows) as u64;
+        let one = batch_of(1)?;
+        let layout = Layout::of(&one);
+        let teller_of =
+            |batch: &BatchEnv| open.percept.then(|| Teller::new(batch, most_weeds(&scenario)));
+        let longest = longest_reply(&layout, rows, teller_of(&one).as_ref()) as u64;
         if longest > limits.max_msg.into() {
             return Err(Fault::TooLarge { size: longest, limit: limits.max_msg.into() });
         }
         let mut batch = batch_of(rows)?;
+        let teller = teller_of(&batch);
         if let Some(snapshot) = open.snapshot {
             batch.restore(snapshot).map_err(|error| bad(error.to_string()))?;
+            check_weeds(&batch, teller.as_ref())?;
         }
         let columns = Columns::new(&batch);
         let (hash_every, max_msg) = (open.hash_every, limits.max_msg);
@@ -146,6 +154,7 @@ impl Hosted {
             autoreset,
             layout,
             columns,
+            teller,
             hash_every,
             requests: 0,
             steps: 0,
@@ -158,7 +167,7 @@ impl Hosted {
     #[must_use]
     pub fn open_reply(&self, sid: u128, lid: u128, limits: Limits) -> OpenReply {
         let Layout { observation, action, info, ended } = self.layout.clone();
-        let longest = self.layout.longest_reply(self.batch.rows().len());
+        let longest = longest_reply(&self.layout, self.batch.rows().len(), self.teller.as_ref());
         OpenReply {
             sid,
             lid,
@@ -210,6 +219,7 @@ impl Hosted {
         let ended = self.batch.step(actions, self.columns.out()).map_err(fault_of)?;
         self.steps += self.batch.rows().len() as u64;
         let state_hash = self.state_hash();
+        let percept = self.percept_of_step();
         let columns = &self.columns;
         let mut done = Vec::new();
         if ended > 0 {
@@ -241,6 +251,7 @@ impl Hosted {
                 final_observation: borrowed(&final_observation),
                 ended: borrowed(&ended),
                 state_hash,
+                percept: percept.as_ref().map(Tables::borrowed),
             },
         )
     }
@@ -280,6 +291,9 @@ impl Hosted {
                     "`weeds[{row}]` must stand on the pasture, got [{x}, {y}]"
                 )));
             }
+            if let Some(teller) = &self.teller {
+                teller.check_weeds(row, points.len())?;
+            }
             weeds.push(Some(points.iter().map(|&[x, y]| Point::new(x, y)).collect()));
         }
         let given = |row: usize| weeds.get(row).or(weeds.first()).and_then(Option::as_deref);
@@ -300,6 +314,7 @@ impl Hosted {
     fn restore(&mut self, reply: &Header, restore: &Restore) -> Result<Vec<u8>, Fault> {
         let bad = |text: String| Fault::BadConfig { text };
         let rows = self.batch.rows().len();
+        let before = self.teller.as_ref().map(|_| self.batch.snapshot());
         match restore.env {
             None => self.batch.restore(restore.data).map_err(|error| bad(error.to_string()))?,
             Some(row) if (row as usize) < rows => self
@@ -309,6 +324,11 @@ impl Hosted {
             Some(row) => {
                 return Err(bad(format!("`row` must be from 0 to {}, got {row}", rows - 1)));
             }
+        }
+        if let Err(fault) = check_weeds(&self.batch, self.teller.as_ref()) {
+            let before = before.expect("there is a teller that has refused it");
+            self.batch.restore(&before).expect("it is the batch's own");
+            return Err(fault);
         }
         let begun: Vec<bool> = (0..rows).map(|row| self.batch.has_begun(row)).collect();
         self.present(reply, &begun)
@@ -335,9 +355,16 @@ impl Hosted {
         }
         let state_hash = self.state_hash();
         let (observation, info) = (self.columns.observation(&self.layout), self.columns.info());
+        // Of every row: a client may have dropped what the last step told.
+        let percept = self.teller.as_mut().map(|teller| teller.tell(self.batch.rows(), |_| true));
         codec::write(
             reply,
-            &ResetReply { observation: borrowed(&observation), info: borrowed(&info), state_hash },
+            &ResetReply {
+                observation: borrowed(&observation),
+                info: borrowed(&info),
+                state_hash,
+                percept: percept.as_ref().map(Tables::borrowed),
+            },
         )
     }
 
@@ -355,6 +382,15 @@ impl Hosted {
             return Err(Fault::TooLarge { size, limit });
         }
         codec::write(reply, &SnapshotReply { config_hash: self.scenario.hash(), data: &data })
+    }
+
+    /// What the mowers perceive after a step.
+    fn percept_of_step(&mut self) -> Option<Tables> {
+        let Self { batch, teller, columns, autoreset, .. } = self;
+        let begins_at_once = *autoreset == Autoreset::SameStep;
+        let has_begun =
+            |row: usize| begins_at_once && (columns.terminated[row] || columns.truncated[row]);
+        teller.as_mut().map(|teller| teller.tell(batch.rows(), has_begun))
     }
 
     /// Counts a request that was carried out; the hash of the state, if it is its turn.
@@ -413,6 +449,24 @@ impl Hosted {
         ]);
         tables
     }
+}
+
+/// Most weeds of an episode that the scenario itself begins.
+fn most_weeds(scenario: &ValidScenario) -> usize {
+    let weeds = &scenario.weeds;
+    weeds.positions_m.as_ref().map_or(weeds.count as usize, Vec::len)
+}
+
+/// Whether no row has more weeds than percepts have room for.
+fn check_weeds(batch: &BatchEnv, teller: Option<&Teller>) -> Result<(), Fault> {
+    let Some(teller) = teller else { return Ok(()) };
+    let check = |(row, env): (usize, &Env)| teller.check_weeds(row, env.weeds().positions().len());
+    batch.rows().iter().enumerate().try_for_each(check)
+}
+
+/// Longest reply to a step of so many environments, bytes.
+fn longest_reply(layout: &Layout, rows: usize, teller: Option<&Teller>) -> usize {
+    layout.longest_reply(rows).saturating_add(teller.map_or(0, |teller| teller.longest(rows)))
 }
 
 /// First half of the SHA-256 of a batch's snapshot.

@@ -14,6 +14,7 @@
 //! | [`message`] | what is asked and answered |
 //! | [`codec`] | messages as bytes, and back |
 //! | [`layout`] | which tables the messages of a batch hold |
+//! | [`percept`] | what mowers perceive, as tables, and back |
 //! | [`hosted`] | the batch behind a session: requests in, replies out |
 //! | [`peer`] | whether a server is of the same build |
 //! | [`received`] | replies as the columns of a batch |
@@ -30,6 +31,7 @@ pub mod numbers;
 pub mod message;
 pub mod codec;
 pub mod layout;
+pub mod percept;
 pub mod hosted;
 pub mod peer;
 pub mod received;

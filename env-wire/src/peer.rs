@@ -96,6 +96,7 @@ mod tests {
             autoreset: AutoresetMode::NextStep,
             hash_every: 0,
             snapshot: None,
+            percept: false,
             client: String::new(),
         };
         let limits = Limits::default();

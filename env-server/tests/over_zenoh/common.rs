@@ -295,6 +295,7 @@ pub(crate) fn batch(nonce: u128, num_envs: u32) -> Open<'static> {
         autoreset: AutoresetMode::NextStep,
         hash_every: 1,
         snapshot: None,
+        percept: false,
         client: "test".to_owned(),
     }
 }

@@ -40,6 +40,7 @@ fn open(scenario: &Scenario, autoreset: AutoresetMode) -> Open<'static> {
         autoreset,
         hash_every: 1,
         snapshot: None,
+        percept: false,
         client: "test".to_owned(),
     }
 }

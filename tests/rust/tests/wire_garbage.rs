@@ -132,6 +132,7 @@ fn open() -> Vec<u8> {
         autoreset: AutoresetMode::NextStep,
         hash_every: 0,
         snapshot: Some(&[1, 2, 3]),
+        percept: false,
         client: "test".to_owned(),
     };
     codec::write(&header, &open).unwrap()

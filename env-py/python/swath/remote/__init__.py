@@ -16,6 +16,7 @@ from gymnasium.vector import AutoresetMode
 
 from swath.errors import ConfigError
 from swath.registration import ENTRY_POINTS
+from swath.remote.tls import tls
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from swath.remote.vector import RemoteVectorEnv
     from swath.scenario import Blocks, ScenarioSource
 
-__all__ = ["make", "make_vec"]
+__all__ = ["make", "make_vec", "tls"]
 
 
 def make(
@@ -58,7 +59,7 @@ def make(
             `--allow-snapshot`. What is kept: the snapshot, and up to 64 MiB of requests.
         hash_every: With `resume`, the servers send a hash of the state with every so many replies, so that it is
             compared too; more often costs more.
-        zenoh: Further settings of Zenoh by their path, such as those of `transport/link/tls`.
+        zenoh: Further settings of Zenoh by their path; `tls` returns those for a client with a certificate.
         **blocks: Blocks of the scenario, laid over it key by key.
 
     Raises:

@@ -44,6 +44,7 @@ class RemoteBatch:
         *,
         server: str = "default",
         copy: bool = True,
+        percept: bool = False,
         attempt_s: float = 2.0,
         deadline_s: float = 60.0,
         client: str = "",
@@ -51,7 +52,7 @@ class RemoteBatch:
         hash_every: int = 64,
         zenoh: dict[str, object] | None = None,
     ) -> None:
-        """Opens a session on every server.
+        """Opens a session on every server; with `percept` each tells what its mowers perceive, for scripted agents.
 
         Raises:
             ConfigError: If an argument cannot be used.
@@ -61,6 +62,9 @@ class RemoteBatch:
         endpoints = [connect] if isinstance(connect, str) else list(connect)
         if not 1 <= len(endpoints) <= num_envs:
             text = f"`connect` must name from 1 to {num_envs} servers, no more than environments, got {connect!r}"
+            raise ConfigError(text)
+        if resume and percept:
+            text = "`resume` must be False where percepts are told, since these say what is new since the last reply"
             raise ConfigError(text)
         share, rest = divmod(num_envs, len(endpoints))
         rows = [share + (part < rest) for part in range(len(endpoints))]
@@ -81,10 +85,15 @@ class RemoteBatch:
             self._links += [Link(endpoint, server, attempt_s, zenoh) for endpoint in endpoints]
             nonces = [secrets.randbits(128) for _ in endpoints]
             self._call(self._core.begin_spec, self._core.finish_spec)
-            self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client), self._core.finish_open)
+            self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client, percept), self._core.finish_open)
         except BaseException:
             self.close()
             raise
+
+    @property
+    def native(self) -> _native.RemoteBatch:
+        """What a `Crew` acts on."""
+        return self._core
 
     @property
     def scenario(self) -> _native.Scenario:
@@ -140,6 +149,10 @@ class RemoteBatch:
             lambda now_ms: self._core.begin_step(now_ms, actions), lambda: self._core.finish_step_flat(elapsed_s)
         )
         return result
+
+    def summary(self, row: int) -> dict[str, float]:
+        """Returns the numbers of a row's present episode, as the native batch does; it takes percepts."""
+        return self._core.summary(row)
 
     def snapshot(self, row: int | None = None) -> bytes:
         """Returns the state as bytes: of all rows, or of one."""

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Answers", "Link"]
 
-_VERBS = ("spec", "open", "reset", "step", "snapshot", "restore", "close")
+_VERBS = ("spec", "open", "reset", "step", "snapshot", "restore", "close", "stats")
 _CONNECT_MS = 5000
 # What is left of a deadline is never no time at all.
 _SHORTEST_S = 0.001
@@ -97,10 +97,10 @@ class Link:
         self._lease: zenoh.LivelinessToken | None = None
         _open_links.add(self)
 
-    def ask(self, verb: str, message: bytes, timeout_s: float) -> Answers:
-        """Sends a message; its answers arrive meanwhile, for at most so many seconds."""
+    def ask(self, verb: str, message: bytes, timeout_s: float | None = None) -> Answers:
+        """Sends a message; its answers arrive meanwhile, for at most so many seconds, or the usual ones."""
         self._check_process()
-        if timeout_s >= self._timeout_s:
+        if timeout_s is None or timeout_s >= self._timeout_s:
             return Answers(self._queriers[verb].get(payload=message))
         # A querier knows one time-out only, and the deadline is nearer.
         key = f"{self._prefix}/rpc/{verb}"

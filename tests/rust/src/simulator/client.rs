@@ -175,6 +175,7 @@ impl World {
                     autoreset: AutoresetMode::NextStep,
                     hash_every: 0,
                     snapshot: None,
+                    percept: false,
                     client: client.to_string(),
                 };
                 machine.open(now_ms, &open)
