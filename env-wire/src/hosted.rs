@@ -134,12 +134,14 @@ impl Hosted {
         };
         let one = batch_of(1)?;
         let layout = Layout::of(&one);
-        let mut teller = open.percept.then(|| Teller::new(&one, rows, most_weeds(&scenario)));
-        let longest = longest_reply(&layout, rows, teller.as_ref()) as u64;
+        let teller_of =
+            |batch: &BatchEnv| open.percept.then(|| Teller::new(batch, most_weeds(&scenario)));
+        let longest = longest_reply(&layout, rows, teller_of(&one).as_ref()) as u64;
         if longest > limits.max_msg.into() {
             return Err(Fault::TooLarge { size: longest, limit: limits.max_msg.into() });
         }
         let mut batch = batch_of(rows)?;
+        let mut teller = teller_of(&batch);
         if let Some(snapshot) = open.snapshot {
             batch.restore(snapshot).map_err(|error| bad(error.to_string()))?;
             check_weeds(&batch, teller.as_ref())?;
@@ -468,7 +470,7 @@ fn check_weeds(batch: &BatchEnv, teller: Option<&Teller>) -> Result<(), Fault> {
 
 /// Longest reply to a step of so many environments, bytes.
 fn longest_reply(layout: &Layout, rows: usize, teller: Option<&Teller>) -> usize {
-    layout.longest_reply(rows).saturating_add(teller.map_or(0, Teller::longest))
+    layout.longest_reply(rows).saturating_add(teller.map_or(0, |teller| teller.longest(rows)))
 }
 
 /// First half of the SHA-256 of a batch's snapshot.

@@ -83,18 +83,19 @@ fn put<T: Number>(bytes: &mut Vec<u8>, numbers: impl IntoIterator<Item = T>) {
 }
 
 impl Teller {
-    /// Nothing is told yet of so many rows like those of a batch, whose scenario has so many weeds.
-    pub(crate) fn new(batch: &BatchEnv, rows: usize, most_weeds: usize) -> Self {
+    /// Nothing is told yet of a batch whose scenario has so many weeds.
+    pub(crate) fn new(batch: &BatchEnv, most_weeds: usize) -> Self {
         let grid = batch.rows()[0].view().ground.grid();
         let (tiles_x, tiles_y) = grid.tiles();
+        let rows = batch.rows().len();
         let (told, begin) = (vec![Told::nothing(grid); rows], vec![true; rows]);
         Self { told, begin, news: News::default(), most_weeds, tiles: tiles_x * tiles_y }
     }
 
-    /// Most bytes that a percept adds to a reply.
-    pub(crate) fn longest(&self) -> usize {
+    /// Most bytes that a percept adds to a reply of so many rows.
+    pub(crate) fn longest(&self, rows: usize) -> usize {
         let row = ROW_BYTES + WEED_BYTES * self.most_weeds + TILE_BYTES * self.tiles;
-        row.saturating_mul(self.told.len()).saturating_add(8 * 8)
+        row.saturating_mul(rows).saturating_add(8 * 8)
     }
 
     /// Whether an environment may have so many weeds.

@@ -317,6 +317,21 @@ def test_a_server_that_starts_anew_ends_the_work_by_name_and_it_goes_on(own_serv
     assert same(kept(out), kept(whole))
 
 
+def test_with_resume_the_work_goes_on_when_a_server_starts_anew(whole, tmp_path):
+    server, out = Server("--allow-snapshot"), tmp_path / "sweep"
+    try:
+        process = start(server, out, "--num-envs", "2", "--resume")
+        for count in (1, 5):
+            while process.poll() is None and len(journal(out)) < count:
+                time.sleep(0.002)
+            server.end(signal.SIGKILL)
+            server.start()
+        finished(process)
+    finally:
+        server.end(signal.SIGKILL)
+    assert same(kept(out), kept(whole))
+
+
 def train(out, observation, action):
     pytest.importorskip("stable_baselines3")
     from swath import training

@@ -94,13 +94,13 @@ class Link:
         }
         self._prefix = prefix
         self._lease_name = ""
-        self._lease: zenoh.LivelinessToken | None = None
+        self._lease: Any = None
         _open_links.add(self)
 
-    def ask(self, verb: str, message: bytes, timeout_s: float) -> Answers:
-        """Sends a message; its answers arrive meanwhile, for at most so many seconds."""
+    def ask(self, verb: str, message: bytes, timeout_s: float | None = None) -> Answers:
+        """Sends a message; its answers arrive meanwhile, for at most so many seconds, or the usual ones."""
         self._check_process()
-        if timeout_s >= self._timeout_s:
+        if timeout_s is None or timeout_s >= self._timeout_s:
             return Answers(self._queriers[verb].get(payload=message))
         # A querier knows one time-out only, and the deadline is nearer.
         key = f"{self._prefix}/rpc/{verb}"
