@@ -100,8 +100,8 @@ def work(
         shard: Which part of the sweep to play, `I/N`: episodes I - 1, I - 1 + N, and so on.
         server: The name that the servers were started with.
         deadline_s: How long a server is asked the same before it counts as gone, seconds.
-        resume: Whether to go on at once when a server was started anew, as `swath.remote.make_vec` does: the server has to
-            run with `--allow-snapshot`. Otherwise the work ends there, and the same call goes on.
+        resume: Whether to go on at once when a server was started anew, as `swath.remote.make_vec` does: the server has
+            to run with `--allow-snapshot`. Otherwise the work ends there, and the same call goes on.
         zenoh: Further settings of Zenoh by their path, such as those of `transport/link/tls`.
         progress: Whether a bar on stderr tells how far it is.
         **blocks: Blocks of the scenario, laid over it key by key.
