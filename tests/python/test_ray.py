@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 import pytest
-from remote_server import Server, needs_server
+from serving import Server, needs_server
 
 import swath
 from swath.cli import main
@@ -23,7 +23,7 @@ from swath.cli import main
 if importlib.util.find_spec("ray") is None:
     pytest.skip("needs Ray: `make test-ray` installs it", allow_module_level=True)
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -120,7 +120,7 @@ def test_a_cluster_that_is_there_is_used_and_left_running(tmp_path):
 def example(name, *arguments):
     """Runs an example in a process of its own, and returns the numbers that it prints."""
     command = [sys.executable, str(EXAMPLES / name), *map(str, arguments)]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=500, check=False)
     assert run.returncode == 0, run.stderr
     return re.findall(r"^(?:iteration|learning rate) .*: return .*$|^iteration .*$", run.stdout, re.MULTILINE)
 
