@@ -117,6 +117,20 @@ def test_a_cluster_that_is_there_is_used_and_left_running(tmp_path):
     assert [row.path_length_m for row in far.rows] == [row.path_length_m for row in here.rows]
 
 
+def test_workers_of_another_build_are_refused_by_name(monkeypatch):
+    monkeypatch.setattr("swath.evaluation.on_ray.build", lambda: "another")
+    with pytest.raises(swath.SwathError, match="`backend` must have workers with this build of swath, another, got one"):
+        swath.evaluate("jump", scenario="cowbot-field", instances=3, backend="ray", jobs=1)
+
+
+def test_a_cluster_that_is_not_there_is_one_line_and_status_2(monkeypatch, capfd):
+    monkeypatch.setenv("RAY_ADDRESS", "127.0.0.1:1")
+    assert main(["evaluate", "cowbot-field", "--agents", "jump", "--instances", "1", "--backend", "ray"]) == 2
+    error = capfd.readouterr().err
+    assert error.startswith("swath: `RAY_ADDRESS` must be where the head of a Ray cluster listens, got 127.0.0.1:1: ")
+    assert len(error.splitlines()) == 1
+
+
 def example(name, *arguments):
     """Runs an example in a process of its own, and returns the numbers that it prints."""
     command = [sys.executable, str(EXAMPLES / name), *map(str, arguments)]
