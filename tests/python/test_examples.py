@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from serving import Server, needs_server, same
+from remote_server import Server, needs_server, same
 
 from swath.remote.watch import Watch
 

@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 import pytest
-from serving import Server, needs_server
+from remote_server import Server, needs_server
 
 import swath
 from swath.cli import main
@@ -119,7 +119,9 @@ def test_a_cluster_that_is_there_is_used_and_left_running(tmp_path):
 
 def test_workers_of_another_build_are_refused_by_name(monkeypatch):
     monkeypatch.setattr("swath.evaluation.on_ray.build", lambda: "another")
-    with pytest.raises(swath.SwathError, match="`backend` must have workers with this build of swath, another, got one"):
+    with pytest.raises(
+        swath.SwathError, match="`backend` must have workers with this build of swath, another, got one"
+    ):
         swath.evaluate("jump", scenario="cowbot-field", instances=3, backend="ray", jobs=1)
 
 

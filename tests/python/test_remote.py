@@ -12,7 +12,7 @@ import time
 import gymnasium as gym
 import numpy as np
 import pytest
-from serving import SERVER, Server, same
+from remote_server import SERVER, Server, same
 
 import swath
 from swath.registration import ENV_ID

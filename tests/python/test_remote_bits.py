@@ -7,7 +7,7 @@ from hashlib import sha256
 import gymnasium as gym
 import numpy as np
 import pytest
-from serving import Server, needs_server
+from remote_server import Server, needs_server
 
 import swath
 from swath.registration import ENV_ID

@@ -4,7 +4,7 @@ import gymnasium as gym
 import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode
-from serving import Server, needs_server, same
+from remote_server import Server, needs_server, same
 
 import swath
 from swath.registration import ENV_ID

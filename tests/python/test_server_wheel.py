@@ -8,7 +8,7 @@ from pathlib import Path
 
 import gymnasium as gym
 import pytest
-from serving import same
+from remote_server import same
 
 import swath
 from swath.registration import ENV_ID

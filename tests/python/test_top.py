@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from serving import Server, needs_server
+from remote_server import Server, needs_server
 
 import swath
 from swath import _native

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zenoh
-from serving import SERVER, free_port, needs_server
+from remote_server import SERVER, free_port, needs_server
 
 import swath
 from swath.cli import main
