@@ -157,6 +157,18 @@ check-fuzz: tools ## on the stable toolchain: the fuzz targets compile, and take
 test-slow: ## every test, the slow ones too
 	@$(MAKE) --no-print-directory test LONG=1
 
+.PHONY: test-faults
+test-faults: export LONG := 1
+test-faults: export PROPTEST_CASES := 2000
+test-faults: build-release server ## kills, stops, bad networks and bad messages at full size: benchmarks/FAULTS.md; takes a quarter of an hour
+	$(call need,$(VENV),test)
+	@mkdir -p out/faults
+	cargo test --locked -p swath-tests --test exactly_once --test wire_garbage -- --nocapture --test-threads 1 \
+	  2>&1 | tee out/faults/machines.txt
+	cargo test --locked -p swath-server --test over_zenoh -- --nocapture --test-threads 1 2>&1 | tee out/faults/zenoh.txt
+	OMP_NUM_THREADS=1 python -m pytest tests/python/test_remote_faults.py
+	@python -m benchmarks.faults out/faults/machines.txt out/faults/zenoh.txt
+
 .PHONY: test-gymnasium-oldest
 test-gymnasium-oldest: wheel ## the Gymnasium contract tests on the wheel, under the oldest Gymnasium and NumPy supported
 	$(call need,$(OLDEST),oldest)

@@ -21,7 +21,10 @@ pub(crate) fn stats_request(py: Python) -> Bound<PyBytes> {
 ///
 /// A `RemoteError` where it is no such reply.
 #[pyfunction]
-pub(crate) fn read_stats<'py>(py: Python<'py>, message: &[u8]) -> Result<Bound<'py, PyDict>, Error> {
+pub(crate) fn read_stats<'py>(
+    py: Python<'py>,
+    message: &[u8],
+) -> Result<Bound<'py, PyDict>, Error> {
     let (header, payload) = Header::read(message).map_err(Fault::from)?;
     match header.kind {
         Kind::Reply(Verb::Stats) => (),

@@ -15,6 +15,27 @@ const MESSAGE_SLACK: u32 = 64 << 10;
 ///
 /// Zenoh's own, if it does not take them.
 pub fn settings(options: &Options) -> Result<Config, zenoh::Error> {
+    Config::from_json5(&all(options).to_string())
+}
+
+/// Settings for one that only asks at the routers: these answer clients what they keep from servers, which they take to
+/// know each other. None where there are no routers.
+///
+/// # Errors
+///
+/// Zenoh's own, if it does not take them.
+pub fn settings_to_ask(options: &Options) -> Result<Option<Config>, zenoh::Error> {
+    if options.connect.is_empty() {
+        return Ok(None);
+    }
+    let mut all = all(options);
+    all["mode"] = "client".into();
+    all["listen"] = json!({});
+    all["access_control"] = json!({ "enabled": false });
+    Config::from_json5(&all.to_string()).map(Some)
+}
+
+fn all(options: &Options) -> Value {
     let texts = |endpoints: &[Endpoint]| -> Vec<String> {
         endpoints.iter().map(Endpoint::to_string).collect()
     };
@@ -42,15 +63,14 @@ pub fn settings(options: &Options) -> Result<Config, zenoh::Error> {
             "close_link_on_expiration": true,
         });
     }
-    let all = json!({
+    json!({
         "mode": "peer",
         "listen": { "endpoints": texts(listen), "exit_on_failure": true },
         "connect": { "endpoints": texts(&options.connect), "timeout_ms": 5000, "exit_on_failure": true },
         "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
         "transport": { "link": link },
         "access_control": access_control(options),
-    });
-    Config::from_json5(&all.to_string())
+    })
 }
 
 /// What clients with the right names may do, and nobody else anything: ask the server, hear that it is alive, and show

@@ -126,6 +126,7 @@ mod tests {
             autoreset: AutoresetMode::SameStep,
             hash_every: 0,
             snapshot: Some(b"abc"),
+            percept: false,
             client: String::new(),
         };
         let bytes = write(&header, &open).unwrap();

@@ -56,7 +56,8 @@ impl Layout {
         }
     }
 
-    /// Longest reply to a step of so many environments, bytes: header, lengths, and what every row may have twice.
+    /// Longest reply to a step of so many environments, without a percept, bytes: header, lengths, and what every row may have
+    /// twice.
     #[must_use]
     pub fn longest_reply(&self, num_envs: usize) -> usize {
         let row = |leaves: &[Leaf]| -> usize {
@@ -67,7 +68,7 @@ impl Layout {
         // Reward, two flags and the place of an episode that ended.
         let in_row = 2 * observation + info + ended + 8 + 2 + 4;
         let tables = 2 * self.observation.len() + self.info.len() + self.ended.len() + 8;
-        in_row.saturating_mul(num_envs).saturating_add(HEADER_BYTES + 8 * tables + 17)
+        in_row.saturating_mul(num_envs).saturating_add(HEADER_BYTES + 8 * tables + 18)
     }
 }
 

@@ -456,7 +456,8 @@ impl ServerSessions {
         let is_allowed = self.options.allow_snapshot;
         let session = session_of(&mut self.sessions, &self.tombstones, &asked)?;
         if !is_allowed {
-            let text = "this server sends no snapshots".to_owned();
+            let text =
+                "this server sends no snapshots: it runs without `--allow-snapshot`".to_owned();
             return Err(Fault::NotAllowed { text });
         }
         if header.seq != session.seq {

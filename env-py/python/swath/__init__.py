@@ -22,6 +22,7 @@ from swath.errors import (
     ConfigError,
     RemoteError,
     RemoteTimeout,
+    ResumeError,
     SnapshotError,
     SwathError,
 )
@@ -42,6 +43,7 @@ __all__ = [
     "RemoteError",
     "RemoteTimeout",
     "Results",
+    "ResumeError",
     "Scenario",
     "SnapshotError",
     "Summary",

@@ -21,6 +21,7 @@ fn open() -> Open<'static> {
         autoreset: AutoresetMode::NextStep,
         hash_every: 0,
         snapshot: None,
+        percept: false,
         client: String::new(),
     }
 }

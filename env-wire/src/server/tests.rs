@@ -74,6 +74,7 @@ fn open(nonce: u128, config: &str) -> Vec<u8> {
         autoreset: AutoresetMode::NextStep,
         hash_every: 0,
         snapshot: None,
+        percept: false,
         client: "test".to_owned(),
     };
     codec::write(&header, &open).unwrap()

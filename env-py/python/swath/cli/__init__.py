@@ -23,6 +23,7 @@ from swath.cli.run import run
 from swath.cli.stop import Stopped
 from swath.cli.top import top
 from swath.cli.train import train
+from swath.cli.worker import worker
 from swath.errors import SwathError
 
 __all__ = ["app", "main"]
@@ -30,7 +31,7 @@ __all__ = ["app", "main"]
 _BAD_INPUT, _STOPPED = 2, 130
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-for command in (evaluate, run, train, record, bench, config, agents, demo, top):
+for command in (evaluate, run, train, record, worker, bench, config, agents, demo, top):
     app.command()(command)
 
 

@@ -39,6 +39,8 @@ def make(
     attempt_s: float = 2.0,
     deadline_s: float = 60.0,
     client: str = "",
+    resume: bool = False,
+    hash_every: int = 64,
     zenoh: dict[str, object] | None = None,
     **blocks: Unpack[Blocks],
 ) -> RemoteEnv:
@@ -52,12 +54,18 @@ def make(
         attempt_s: How long to wait for an answer before the same is asked again, seconds.
         deadline_s: How long to go on asking, seconds.
         client: Who asks, for the server's logs.
+        resume: Whether to go on when the server was started anew: from a snapshot that this process holds, with the
+            requests since sent again and every reply compared with the one that there was. The server has to run with
+            `--allow-snapshot`. What is kept: the snapshot, and up to 64 MiB of requests.
+        hash_every: With `resume`, the servers send a hash of the state with every so many replies, so that it is
+            compared too; more often costs more.
         zenoh: Further settings of Zenoh by their path; `tls` returns those for a client with a certificate.
         **blocks: Blocks of the scenario, laid over it key by key.
 
     Raises:
         ConfigError: If an argument or the scenario cannot be used.
-        RemoteError: If the server cannot be reached or takes no further session.
+        RemoteError: If the server cannot be reached, has another version of swath, or takes no further session; with
+            `resume`, a `ResumeError` if it sends no snapshots.
         ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
     """
     _check(env_id)
@@ -70,6 +78,8 @@ def make(
         attempt_s=attempt_s,
         deadline_s=deadline_s,
         client=client,
+        resume=resume,
+        hash_every=hash_every,
         zenoh=zenoh,
         **blocks,
     )
@@ -87,6 +97,8 @@ def make_vec(
     attempt_s: float = 2.0,
     deadline_s: float = 60.0,
     client: str = "",
+    resume: bool = False,
+    hash_every: int = 64,
     zenoh: dict[str, object] | None = None,
     **blocks: Unpack[Blocks],
 ) -> RemoteVectorEnv:
@@ -103,12 +115,14 @@ def make_vec(
         attempt_s: As for `make`.
         deadline_s: As for `make`.
         client: As for `make`.
+        resume: As for `make`; each server's environments by themselves.
+        hash_every: As for `make`.
         zenoh: As for `make`.
         **blocks: Blocks of the scenario, laid over it key by key.
 
     Raises:
         ConfigError: If an argument or the scenario cannot be used.
-        RemoteError: If a server cannot be reached or takes no further session.
+        RemoteError: As for `make`.
         ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
     """
     _check(env_id)
@@ -124,6 +138,8 @@ def make_vec(
         attempt_s=attempt_s,
         deadline_s=deadline_s,
         client=client,
+        resume=resume,
+        hash_every=hash_every,
         zenoh=zenoh,
         **blocks,
     )

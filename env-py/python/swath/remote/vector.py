@@ -39,6 +39,8 @@ class RemoteVectorEnv(MowerRoutingVectorEnv):
         attempt_s: float = 2.0,
         deadline_s: float = 60.0,
         client: str = "",
+        resume: bool = False,
+        hash_every: int = 64,
         zenoh: dict[str, object] | None = None,
         **blocks: Unpack[Blocks],
     ) -> None:
@@ -55,6 +57,8 @@ class RemoteVectorEnv(MowerRoutingVectorEnv):
             attempt_s=attempt_s,
             deadline_s=deadline_s,
             client=client,
+            resume=resume,
+            hash_every=hash_every,
             zenoh=zenoh,
         )
         self._adopt(batch, num_envs, mode)
