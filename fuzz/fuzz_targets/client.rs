@@ -4,4 +4,4 @@
 
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|data: &[u8]| swath_fuzz::client::feed(data));
+fuzz_target!(|data: &[u8]| swath_fuzz::client::feed(data, false));

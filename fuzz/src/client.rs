@@ -1,11 +1,12 @@
 //! A client with a session, fed with answers.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
-use swath_wire::client::{ClientOptions, ClientOutput, ClientSession};
+use swath_wire::client::{ClientOptions, ClientOutput};
 use swath_wire::codec;
-use swath_wire::header::{Header, Kind, Verb};
+use swath_wire::header::{HEADER_BYTES, Header, Kind, Verb};
 use swath_wire::message::{Open, Reset, Restore, Seeds, Snapshot, Step};
+use swath_wire::resume::{ResumeOptions, ResumingSession};
 
 use crate::golden;
 use crate::records::Records;
@@ -27,19 +28,22 @@ pub const LATER: u8 = 6;
 /// Whoever waits has enough.
 pub const ABANDON: u8 = 7;
 
+static OPEN: LazyLock<Vec<u8>> = LazyLock::new(|| golden::message("open"));
+
 struct Bench {
-    client: ClientSession,
+    client: ResumingSession,
     now_ms: u64,
     sent: Arc<[u8]>,
 }
 
-/// Feeds a client, whose session is that of the golden `open_reply`.
+/// Feeds a client, whose session is that of the golden `open_reply`, and may be resumed or not.
 ///
 /// # Panics
 ///
 /// If it sends what is no request, or is busy with nothing.
-pub fn feed(data: &[u8]) {
-    let mut bench = Bench::new();
+pub fn feed(data: &[u8], is_resuming: bool) {
+    let often = ResumeOptions { hash_every: 1, snapshot_every: 2, max_bytes: 1 << 16 };
+    let mut bench = Bench::new(is_resuming.then_some(often));
     for (what, bytes) in Records(data) {
         bench.happen(what % 8, bytes);
         bench.poll();
@@ -47,17 +51,20 @@ pub fn feed(data: &[u8]) {
 }
 
 impl Bench {
-    fn new() -> Self {
-        let client = ClientSession::new(ClientOptions::default());
+    fn new(resume: Option<ResumeOptions>) -> Self {
+        let client = ResumingSession::new(ClientOptions::default(), resume);
         let mut bench = Self { client, now_ms: 0, sent: Arc::from([]) };
-        let open = golden::message("open");
-        let (_, payload) = Header::read(&open).expect("a golden message can be read");
-        let open: Open = codec::read(payload).expect("a golden message can be read");
+        let open: Open = codec::read(&OPEN[HEADER_BYTES..]).expect("a golden message can be read");
         bench.client.open(0, &open).expect("a new client has no session");
         bench.poll();
         bench.client.on_reply(0, &golden::message("open_reply"));
         bench.poll();
-        assert!(bench.client.sid().is_some(), "the golden reply opens a session");
+        if resume.is_some() {
+            // It begins with a snapshot.
+            bench.happen(PAYLOAD, &golden::message("snapshot_reply")[HEADER_BYTES..]);
+            bench.poll();
+        }
+        assert!(bench.client.lid().is_some(), "the golden reply opens a session");
         bench
     }
 
@@ -77,7 +84,7 @@ impl Bench {
             TIMEOUT => client.on_timeout(*now_ms),
             CALL => self.call(bytes),
             LATER => *now_ms += bytes.iter().map(|&byte| 64 * u64::from(byte)).sum::<u64>(),
-            _ => client.abandon(),
+            _ => drop(client.abandon(*now_ms)),
         }
     }
 
@@ -94,14 +101,14 @@ impl Bench {
             3 => client.call(*now_ms, Verb::Snapshot, &Snapshot { env: None }),
             4 => client.call(*now_ms, Verb::Restore, &Restore { env: Some(0), data: bytes }),
             5 => client.call_empty(*now_ms, Verb::Close),
-            6 => client.stats(*now_ms),
+            6 => client.call_empty(*now_ms, Verb::Stats),
             _ => client.retry(*now_ms),
         };
     }
 
     fn poll(&mut self) {
         // A call is sent, waits, or has ended, and then there is no other.
-        for _ in 0..4 {
+        for _ in 0..16 {
             match self.client.poll(self.now_ms) {
                 ClientOutput::Send { message, .. } => {
                     let (header, _) = Header::read(&message).expect("it can be read");

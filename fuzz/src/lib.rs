@@ -5,8 +5,9 @@
 //! |---|---|
 //! | [`header`], [`fault`], [`feed_payload`] | the decoders of messages |
 //! | [`server`] | a server with a session, whose requests real environments carry out |
-//! | [`client`] | a client with a session |
+//! | [`client`] | a client with a session, which may be resumed or not |
 //! | [`snapshot`] | environments, with states to put back |
+//! | [`percept`] | mirrors, with what mowers perceive |
 //! | [`seeds`] | what the targets begin with |
 //!
 //! Each target in `fuzz_targets` is one call of these; the tests here run them over the seeds that they begin with.
@@ -18,6 +19,7 @@ pub mod fault;
 pub mod server;
 pub mod client;
 pub mod snapshot;
+pub mod percept;
 pub mod seeds;
 
 /// Reads a payload of this type, and wants what was read to be written as the same bytes.
@@ -46,7 +48,9 @@ mod tests {
             "header" => header::feed(data),
             "fault" => fault::feed(data),
             "server" => server::feed(data),
-            "client" => client::feed(data),
+            "client" => client::feed(data, false),
+            "resuming_client" => client::feed(data, true),
+            "percept" => percept::feed(data),
             "env_snapshot" => snapshot::feed_env(data),
             "batch_snapshot" => snapshot::feed_batch(data),
             "spec_reply" => feed_payload!(SpecReply, data),

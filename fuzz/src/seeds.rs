@@ -3,7 +3,7 @@
 use swath_wire::header::{HEADER_BYTES, Header, Kind, Verb};
 
 use crate::records::record;
-use crate::{client, golden, server, snapshot};
+use crate::{client, golden, percept, server, snapshot};
 
 /// Every seed: its target, its name and its bytes.
 #[must_use]
@@ -43,6 +43,7 @@ pub fn all() -> Vec<(String, String, Vec<u8>)> {
                     record(client::PAYLOAD, payload),
                 ];
                 add("client", name, events.concat());
+                add("resuming_client", name, events.concat());
                 answered.extend(events.concat());
             }
             Kind::Fault => {
@@ -50,14 +51,17 @@ pub fn all() -> Vec<(String, String, Vec<u8>)> {
                 let events =
                     [record(client::CALL, &[0, 1, 2, 3, 4]), record(client::FAULT, payload)];
                 add("client", name, events.concat());
+                add("resuming_client", name, events.concat());
             }
         }
     }
     add("server", "all", asked);
-    add("client", "all", answered);
+    add("client", "all", answered.clone());
+    add("resuming_client", "all", answered);
     let [env, batch] = snapshot::seeds();
     add("env_snapshot", "driven", env);
     add("batch_snapshot", "begun", batch);
+    add("percept", "driven", percept::seed());
     // A restore is answered as a reset is.
     seeds
         .iter_mut()

@@ -7,9 +7,10 @@ use swath_core::action::Command;
 use swath_core::batch::{Autoreset, BatchEnv, BatchOptions, joined, split};
 use swath_core::config::{Scenario, ValidScenario};
 use swath_core::env::Env;
+use swath_core::site::Site;
 
 /// Rows of the batch.
-const ROWS: usize = 2;
+pub const ROWS: usize = 2;
 
 /// A pasture of 12 x 5 m with five weeds.
 static SCENARIO: LazyLock<ValidScenario> = LazyLock::new(|| {
@@ -92,6 +93,18 @@ fn go_on(env: &mut Env) {
 fn summed(content: &[u8]) -> Vec<u8> {
     let sum: [u8; 32] = Sha256::digest(content).into();
     [content, &sum[..8]].concat()
+}
+
+/// The pasture that the environments stand on.
+#[must_use]
+pub fn site() -> &'static Site {
+    DRIVEN.site()
+}
+
+/// Its scenario, as a client sends it.
+#[must_use]
+pub fn config() -> String {
+    SCENARIO.to_toml()
 }
 
 /// States that are whole, without their checksums.

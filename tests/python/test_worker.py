@@ -15,7 +15,7 @@ import time
 import gymnasium as gym
 import numpy as np
 import pytest
-from serving import SERVER, Server, free_port, same
+from remote_server import SERVER, Server, free_port, same
 
 import swath
 from swath import _native
