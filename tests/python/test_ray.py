@@ -119,9 +119,7 @@ def test_a_cluster_that_is_there_is_used_and_left_running(tmp_path):
 
 def test_workers_of_another_build_are_refused_by_name(monkeypatch):
     monkeypatch.setattr("swath.evaluation.on_ray.build", lambda: "another")
-    with pytest.raises(
-        swath.SwathError, match="`backend` must have workers with this build of swath, another"
-    ):
+    with pytest.raises(swath.SwathError, match="`backend` must have workers with this build of swath, another"):
         swath.evaluate("jump", scenario="cowbot-field", instances=3, backend="ray", jobs=1)
 
 
