@@ -65,6 +65,7 @@ check: tools ## clippy on the daily crates
 fmt: tools ## format everything
 	$(call need,$(VENV),lint)
 	cargo fmt --all
+	cargo fmt --manifest-path fuzz/Cargo.toml
 	ruff format
 	ruff check --fix
 	RUST_LOG=warn taplo fmt
@@ -86,6 +87,14 @@ wheel: tools ## the wheel in target/wheels, checked for size and for paths of th
 	@rm -rf target/wheels
 	$(RELEASE) maturin build --release --out target/wheels
 	python scripts/check_wheel.py target/wheels/*.whl
+
+.PHONY: wheel-server
+wheel-server: tools ## the server as a wheel in target/wheels-server, checked like the other, installed and run
+	$(call need,$(VENV),build demo typing test)
+	@rm -rf target/wheels-server
+	$(RELEASE) maturin build --release --manifest-path env-server/Cargo.toml --out target/wheels-server
+	python scripts/check_wheel.py target/wheels-server/*.whl
+	python -m pytest tests/python/test_server_wheel.py
 
 # Tests
 
@@ -123,10 +132,26 @@ test-py: build-release server ## the Python tests on the release build; ARGS= fi
 .PHONY: test-ray
 test-ray: build-release server ## sweeps and trainings on Ray, in .venv-rllib, where only the loopback exists if that can be made
 	$(call need,$(RLLIB),rllib)
-	PYTHONPATH=env-py/python OMP_NUM_THREADS=1 $(LOOPBACK) $(RLLIB)/bin/python -m pytest tests/python/test_ray.py $(ARGS)
-# Ray would listen at an address of the machine; in a network of its own it has none.
-LOOPBACK = $$(unshare --map-root-user --net ip link set lo up 2>/dev/null \
-  && echo unshare --map-root-user --net sh -c "'ip link set lo up && exec \"\$$@\"'" loopback)
+	PYTHONPATH=$(CURDIR)/env-py/python OMP_NUM_THREADS=1 \
+	  scripts/on_loopback.sh $(RLLIB)/bin/python -m pytest --durations=5 tests/python/test_ray.py $(ARGS)
+
+# Outside the workspace, with a lock file of its own.
+FUZZ = --manifest-path fuzz/Cargo.toml --target-dir target/fuzz --no-default-features
+
+.PHONY: fuzz
+fuzz: tools ## every fuzz target for a minute (SECONDS_EACH=, TARGET= one); needs a nightly toolchain and cargo-fuzz
+	@cargo +nightly --version >/dev/null 2>&1 \
+	  || { echo "make fuzz needs a nightly toolchain: rustup toolchain install nightly" >&2; exit 1; }
+	@cargo fuzz --version >/dev/null 2>&1 || { echo "make fuzz needs cargo-fuzz: cargo install cargo-fuzz" >&2; exit 1; }
+	cargo run --quiet --locked $(FUZZ) --example write_seeds
+	for target in $(or $(TARGET),$$(cargo +nightly fuzz list)); do \
+	  cargo +nightly fuzz run --target-dir target/fuzz $$target -- -max_total_time=$(or $(SECONDS_EACH),60) -rss_limit_mb=2048; \
+	done
+
+.PHONY: check-fuzz
+check-fuzz: tools ## on the stable toolchain: the fuzz targets compile, and take their seeds
+	cargo clippy --locked $(FUZZ) --all-targets -- -D warnings
+	cargo test --quiet --locked $(FUZZ) --lib
 
 .PHONY: test-slow
 test-slow: ## every test, the slow ones too
@@ -179,6 +204,7 @@ example-rllib: wheel ## PPO of RLlib for some hundred steps, on the native batch
 lint: tools ## formats, spelling, layers, paths, licences, then clippy and mypy; FAST=1 stops before anything compiles
 	$(call need,$(VENV),lint)
 	cargo fmt --all --check
+	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	ruff format --check
 	ruff check
 	typos
@@ -192,6 +218,7 @@ lint: tools ## formats, spelling, layers, paths, licences, then clippy and mypy;
 lint-compiled: tools
 	$(call need,$(VENV),demo typing)
 	cargo clippy --workspace --all-targets --locked -- -D warnings
+	@$(MAKE) --no-print-directory check-fuzz
 	python -m mypy
 
 .PHONY: docs

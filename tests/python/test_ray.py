@@ -23,7 +23,7 @@ from swath.cli import main
 if importlib.util.find_spec("ray") is None:
     pytest.skip("needs Ray: `make test-ray` installs it", allow_module_level=True)
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -117,10 +117,24 @@ def test_a_cluster_that_is_there_is_used_and_left_running(tmp_path):
     assert [row.path_length_m for row in far.rows] == [row.path_length_m for row in here.rows]
 
 
+def test_workers_of_another_build_are_refused_by_name(monkeypatch):
+    monkeypatch.setattr("swath.evaluation.on_ray.build", lambda: "another")
+    with pytest.raises(swath.SwathError, match="`backend` must have workers with this build of swath, another"):
+        swath.evaluate("jump", scenario="cowbot-field", instances=3, backend="ray", jobs=1)
+
+
+def test_a_cluster_that_is_not_there_is_one_line_and_status_2(monkeypatch, capfd):
+    monkeypatch.setenv("RAY_ADDRESS", "127.0.0.1:1")
+    assert main(["evaluate", "cowbot-field", "--agents", "jump", "--instances", "1", "--backend", "ray"]) == 2
+    error = capfd.readouterr().err
+    assert error.startswith("swath: `RAY_ADDRESS` must be where the head of a Ray cluster listens, got 127.0.0.1:1: ")
+    assert len(error.splitlines()) == 1
+
+
 def example(name, *arguments):
     """Runs an example in a process of its own, and returns the numbers that it prints."""
     command = [sys.executable, str(EXAMPLES / name), *map(str, arguments)]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=240, check=False)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=500, check=False)
     assert run.returncode == 0, run.stderr
     return re.findall(r"^(?:iteration|learning rate) .*: return .*$|^iteration .*$", run.stdout, re.MULTILINE)
 

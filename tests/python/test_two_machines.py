@@ -111,6 +111,9 @@ def test_a_certificate_that_nobody_lists_gets_silence(folder, endpoints):
         assert len(run.stderr.splitlines()) == 1
         assert run.stderr.startswith("client: ")
         assert "no answer within" in run.stderr
+        assert (
+            f"no sign of `field` at {endpoint}: not running, called otherwise, or we are not authorised" in run.stderr
+        )
 
 
 def test_a_certificate_of_another_authority_does_not_get_in(folder, endpoints):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import os
+import socket
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice
@@ -32,6 +33,8 @@ _TASKS_OF_A_JOB = 4
 
 _RETRIES = 10
 """An episode whose worker dies more often than this is held to be what kills it."""
+
+_CONNECT_S = 5.0
 
 
 def run_on_ray(study: Study, tasks: Sequence[Task], jobs: int | None) -> Iterator[Row]:
@@ -89,9 +92,22 @@ def _cluster(jobs: int | None) -> Iterator[None]:
         yield
         return
     address = os.environ.get("RAY_ADDRESS", "local")
+    _check(address)
     local = {"num_cpus": jobs or cores(), "include_dashboard": False} if address == "local" else {}
     ray.init(address, log_to_driver=False, logging_level=logging.ERROR, **local)
     try:
         yield
     finally:
         ray.shutdown()
+
+
+def _check(address: str) -> None:
+    """Refuses an address where nobody listens: Ray would try for many minutes."""
+    host, _, port = address.removeprefix("ray://").rpartition(":")
+    if not port.isdecimal():
+        return  # `local` or `auto`
+    try:
+        socket.create_connection((host.strip("[]"), int(port)), timeout=_CONNECT_S).close()
+    except (OSError, OverflowError) as error:
+        text = f"`RAY_ADDRESS` must be where the head of a Ray cluster listens, got {address}: {error}"
+        raise SwathError(text) from None

@@ -7,7 +7,7 @@ import time
 from typing import TYPE_CHECKING
 
 from swath import _native
-from swath.errors import ConfigError
+from swath.errors import ConfigError, RemoteTimeout
 from swath.evaluation.study import whole
 from swath.remote.link import Link
 
@@ -83,8 +83,11 @@ class RemoteBatch:
             nonces = [secrets.randbits(128) for _ in endpoints]
             self._call(self._core.begin_spec, self._core.finish_spec)
             self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client, percept), self._core.finish_open)
-        except BaseException:
+        except BaseException as error:
+            text = f"{error}; {self._why_silent()}" if isinstance(error, RemoteTimeout) else ""
             self.close()
+            if text:
+                raise RemoteTimeout(text) from None
             raise
 
     @property
@@ -203,6 +206,14 @@ class RemoteBatch:
         finally:
             self._hold_leases()
         return finish()
+
+    def _why_silent(self) -> str:
+        """Says what may be wrong with a server that has never answered: who is refused by one gets silence."""
+        for link in self._links:
+            if not link.sees_server():
+                where = f"`{link.server}` at {link.endpoint}"
+                return f"no sign of {where}: not running, called otherwise, or we are not authorised"
+        return "the server is running"
 
     def _hold_leases(self) -> None:
         """Shows every server that its client is there; a session that was resumed has another lease."""

@@ -24,6 +24,7 @@ __all__ = ["Answers", "Link"]
 
 _VERBS = ("spec", "open", "reset", "step", "snapshot", "restore", "close", "stats")
 _CONNECT_MS = 5000
+_LOOK_S = 1.0
 # What is left of a deadline is never no time at all.
 _SHORTEST_S = 0.001
 _NAME = re.compile(r"[a-z0-9-]{1,64}")
@@ -106,6 +107,12 @@ class Link:
         key = f"{self._prefix}/rpc/{verb}"
         timeout_s = max(timeout_s, _SHORTEST_S)
         return Answers(self._session.get(key, payload=message, timeout=timeout_s, **self._how))
+
+    def sees_server(self) -> bool:
+        """Returns whether a server of the name shows that it is alive."""
+        self._check_process()
+        found = self._session.liveliness().get(f"{self._prefix}/alive/*", timeout=_LOOK_S)
+        return any(reply.ok is not None for reply in found)
 
     def hold(self, lease: str) -> None:
         """Shows the server that its client is there, until another lease, `close` or the end of the process."""
