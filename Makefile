@@ -89,8 +89,8 @@ wheel: tools ## the wheel in target/wheels, checked for size and for paths of th
 	python scripts/check_wheel.py target/wheels/*.whl
 
 .PHONY: wheel-server
-wheel-server: tools ## the server as a wheel in target/wheels-server, checked like the other, installed and run
-	$(call need,$(VENV),build demo typing test)
+wheel-server: build-release ## the server as a wheel in target/wheels-server, checked like the other, installed and run
+	$(call need,$(VENV),typing test)
 	@rm -rf target/wheels-server
 	$(RELEASE) maturin build --release --manifest-path env-server/Cargo.toml --out target/wheels-server
 	python scripts/check_wheel.py target/wheels-server/*.whl

@@ -32,11 +32,13 @@ def test_pip_puts_a_server_on_path_that_serves(tmp_path):
     command = ["swath-server", "--listen", "tcp/127.0.0.1:0"]
     with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as server:
         assert server.stdout is not None
-        endpoint, name = server.stdout.readline().removeprefix("swath-server ready: ").split()
-        assert name == "default"
-        with swath.remote.make(ENV_ID, connect=endpoint) as env:
-            assert same(env.reset(seed=5), gym.make(ENV_ID).reset(seed=5))
-        server.terminate()
+        try:
+            endpoint, name = server.stdout.readline().removeprefix("swath-server ready: ").split()
+            assert name == "default"
+            with swath.remote.make(ENV_ID, connect=endpoint) as env:
+                assert same(env.reset(seed=5), gym.make(ENV_ID).reset(seed=5))
+        finally:
+            server.terminate()
 
 
 def test_a_wheel_holds_the_program_and_its_licences_and_nothing_else():
