@@ -9,6 +9,7 @@
 #[cfg(test)]
 mod tests;
 
+use std::fmt;
 use std::sync::Arc;
 
 use bincode::Encode;
@@ -40,7 +41,6 @@ impl Default for ResumeOptions {
 /// A [`ClientSession`] that may be resumed: the same calls, and the same outputs.
 ///
 /// After a resumption the session has another lease: whoever holds that looks at [`Self::lid`] when a call has ended.
-#[derive(Debug)]
 pub struct ResumingSession {
     session: ClientSession,
     deadline_ms: u64,
@@ -82,14 +82,13 @@ enum Stage {
 }
 
 /// A request of the caller's.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 struct Wish {
     verb: Verb,
     payload: Arc<[u8]>,
 }
 
 /// What a session can be built from again.
-#[derive(Debug)]
 struct Memory {
     open: Open<'static>,
     /// How many sessions it was; each has a nonce of its own.
@@ -105,7 +104,6 @@ struct Memory {
 }
 
 /// A request that was carried out, and the digest of its reply if that was seen.
-#[derive(Debug)]
 struct Entry {
     wish: Wish,
     reply: Option<[u8; 32]>,
@@ -260,6 +258,7 @@ impl ResumingSession {
             return Some(result);
         }
         self.session.abandon();
+        self.is_aside = false;
         if self.stage != Stage::Saving {
             return None;
         }
@@ -548,6 +547,18 @@ impl ResumingSession {
     fn fail(&mut self, error: ClientError) -> Outcome {
         self.ended = Some(error.clone());
         self.end(Err(error))
+    }
+}
+
+impl fmt::Debug for ResumingSession {
+    // What is kept shows weeds that nobody has seen.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ResumingSession")
+            .field("session", &self.session)
+            .field("stage", &self.stage)
+            .field("resumed", &self.resumed)
+            .field("kept_bytes", &self.kept_bytes())
+            .finish_non_exhaustive()
     }
 }
 
