@@ -157,7 +157,7 @@ const ENDPOINT: &str = "SWATH_TEST_ENDPOINT";
 const NONCE: &str = "SWATH_TEST_NONCE";
 
 impl ClientProcess {
-    fn start(endpoint: &str, nonce: u64) -> Self {
+    fn start(endpoint: &str, nonce: u64, lease_ms: u64) -> Self {
         let mut child = Command::new(std::env::current_exe().unwrap())
             .args([
                 "--exact",
@@ -167,7 +167,7 @@ impl ClientProcess {
             ])
             .env(ENDPOINT, endpoint)
             .env(NONCE, nonce.to_string())
-            .env(LEASE_MS, "1000")
+            .env(LEASE_MS, lease_ms.to_string())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
@@ -178,12 +178,15 @@ impl ClientProcess {
 
     /// Waits until it says something that begins so, and returns the rest of the line.
     fn says(&mut self, what: &str) -> String {
+        let mut last = String::new();
         loop {
             let mut line = String::new();
-            assert!(self.lines.read_line(&mut line).unwrap() > 0, "it ends without `{what}`");
+            let is_over = self.lines.read_line(&mut line).unwrap() == 0;
+            assert!(!is_over, "it ends without `{what}`, after {last}");
             if let Some((_, rest)) = line.split_once(what) {
                 return rest.trim().to_owned();
             }
+            last = line;
         }
     }
 
@@ -238,7 +241,7 @@ fn wait_for_sessions(client: &Client, sessions: u32, most_ms: u64) -> u64 {
 #[test]
 fn a_client_may_be_killed_and_its_place_is_free_after_the_grace_and_its_memory_too() {
     const TOGETHER: u64 = 8;
-    const GRACE_MS: u64 = 300;
+    const GRACE_MS: u64 = 1_000;
     // The first ones fill what a server keeps for later; after them, memory has to stay.
     let (first, batches) = (size(1, 30), size(2, 55));
     let grace = GRACE_MS.to_string();
@@ -246,7 +249,8 @@ fn a_client_may_be_killed_and_its_place_is_free_after_the_grace_and_its_memory_t
     let observer = Client::new(&server.endpoint);
     let (mut slowest_ms, mut settled) = (0, None);
     for batch in 0..batches {
-        let start = |place| ClientProcess::start(&server.endpoint, 1 + batch * TOGETHER + place);
+        let start =
+            |place| ClientProcess::start(&server.endpoint, 1 + batch * TOGETHER + place, 10_000);
         let mut clients: Vec<ClientProcess> = (0..TOGETHER).map(start).collect();
         for client in &mut clients {
             client.says("it is at ");
@@ -316,7 +320,7 @@ fn a_client_that_is_stopped_goes_on_within_its_grace_and_is_told_after_it() {
     let observer = Client::new(&server.endpoint);
     let mut slowest_ms = 0;
     for stop in 0..stops {
-        let mut client = ClientProcess::start(&server.endpoint, stop + 1);
+        let mut client = ClientProcess::start(&server.endpoint, stop + 1, lease_ms);
         client.says("it is at ");
         send_signal(&client.child, "-STOP");
         thread::sleep(Duration::from_millis(1_500));
