@@ -13,6 +13,8 @@ from remote_server import same
 import swath
 from swath.registration import ENV_ID
 
+pytestmark = pytest.mark.timeout(120)
+
 WHEELS = sorted((Path(__file__).parents[2] / "target/wheels-server").glob("swath_server-*.whl"))
 
 if not WHEELS:
