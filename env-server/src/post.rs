@@ -7,6 +7,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+use bytes::Bytes;
 use zenoh::Wait as _;
 use zenoh::query::Query;
 
@@ -17,7 +18,7 @@ const SENDERS: usize = 4;
 /// How many long replies may wait; more are dropped, and asked for again.
 const WAITING: usize = 256;
 
-type Letter = (Box<Query>, Arc<[u8]>);
+type Letter = (Box<Query>, Bytes);
 
 /// The threads that send long replies.
 #[derive(Debug)]
@@ -47,9 +48,9 @@ impl Post {
     }
 
     /// Answers a query. An answer that does not arrive is asked for again.
-    pub fn send(&self, query: Box<Query>, message: Arc<[u8]>) {
+    pub fn send(&self, query: Box<Query>, message: Bytes) {
         if message.len() <= SHORT {
-            reply(&query, &message);
+            reply(&query, message);
         } else if self.letters.try_send((query, message)).is_err() {
             tracing::debug!("a reply was dropped: too many wait");
         }
@@ -69,12 +70,13 @@ fn send_all(letters: &Mutex<Receiver<Letter>>) {
     loop {
         let letter = letters.lock().unwrap_or_else(PoisonError::into_inner).recv();
         let Ok((query, message)) = letter else { return };
-        reply(&query, &message);
+        reply(&query, message);
     }
 }
 
-fn reply(query: &Query, message: &[u8]) {
-    if let Err(error) = query.reply(query.key_expr().clone(), message).wait() {
+fn reply(query: &Query, message: Bytes) {
+    // Bytes are shared with Zenoh, not copied.
+    if let Err(error) = query.reply(query.key_expr().clone(), message).express(true).wait() {
         tracing::debug!(%error, "a reply was not sent");
     }
 }

@@ -86,6 +86,32 @@ def same(one, other):
     return type(one) is type(other) and one == other
 
 
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+@pytest.mark.parametrize("kind", ["steer", "target"])
+def test_without_infos_only_ends_and_choices_are_told_and_all_else_is_the_same(server, mode, kind):
+    blocks = SHORT | {"action": {"kind": kind}}
+    local = gym.make_vec(ENV_ID, num_envs=3, vector_kwargs={"autoreset_mode": mode}, **blocks)
+    far = swath.remote.make_vec(
+        ENV_ID, 3, connect=server.endpoint, infos=False, autoreset_mode=gym.vector.AutoresetMode(mode), **blocks
+    )
+    always = {"action_mask", "_action_mask"} if kind == "target" else set()
+    told = {"reward_terms", "_reward_terms", "action_clipped", "_action_clipped", "elapsed_m", "_elapsed_m"}
+    rng, ended = np.random.default_rng(0), 0
+    observation, infos = far.reset(seed=3)
+    assert same(observation, local.reset(seed=3)[0])
+    assert infos.keys() == always
+    for _ in range(200):
+        actions = local.unwrapped.action_masks().argmax(axis=1) if kind == "target" else actions_for(local, rng)
+        *near, near_infos = local.step(actions)
+        *got, infos = far.step(actions)
+        assert same(near, got)
+        assert same(infos, {key: near_infos[key] for key in near_infos.keys() - told})
+        assert always <= infos.keys()
+        ended += int((got[2] | got[3]).sum())
+    assert ended > 3
+    far.close()
+
+
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
 @pytest.mark.parametrize(
     ("observation", "action"),

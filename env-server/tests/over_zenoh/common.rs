@@ -228,6 +228,7 @@ pub(crate) fn batch(nonce: u128, num_envs: u32) -> Open<'static> {
         num_envs,
         autoreset: AutoresetMode::NextStep,
         hash_every: 1,
+        infos: true,
         snapshot: None,
         client: "test".to_owned(),
     }

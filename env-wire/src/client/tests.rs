@@ -20,6 +20,7 @@ fn open() -> Open<'static> {
         num_envs: 1,
         autoreset: AutoresetMode::NextStep,
         hash_every: 0,
+        infos: true,
         snapshot: None,
         client: String::new(),
     }

@@ -347,7 +347,7 @@ impl World {
                     let copies = self.copies(to.client);
                     for _ in 0..copies {
                         let delay_ms = self.delay_ms();
-                        let message = Some(message.clone());
+                        let message = Some(Arc::from(&message[..]));
                         self.at(delay_ms, Event::ToClient { to, message });
                     }
                 }
@@ -501,6 +501,7 @@ impl World {
                     num_envs: 1,
                     autoreset: AutoresetMode::NextStep,
                     hash_every: 0,
+                    infos: true,
                     snapshot: None,
                     client: client.to_string(),
                 };

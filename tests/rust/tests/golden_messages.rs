@@ -140,6 +140,7 @@ fn spec_and_open(page: &mut Page) {
         num_envs: 2,
         autoreset: AutoresetMode::SameStep,
         hash_every: 100,
+        infos: true,
         snapshot: None,
         client: "me".to_owned(),
     };

@@ -41,6 +41,7 @@ class RemoteBatch:
         *,
         server: str = "default",
         copy: bool = True,
+        infos: bool = True,
         attempt_s: float = 2.0,
         deadline_s: float = 60.0,
         client: str = "",
@@ -64,11 +65,14 @@ class RemoteBatch:
             rows,
             autoreset_mode,
             copy=copy,
+            infos=infos,
             attempt_ms=_ms("attempt_s", attempt_s),
             deadline_ms=_ms("deadline_s", deadline_s),
             jitter_seed=secrets.randbits(64),
         )
         self._links: list[Link] = []
+        # What was asked last of each server, if more answers may come.
+        self._asked: dict[int, Answers] = {}
         self._finish: Callable[[], Any] = self._core.finish_open
         try:
             self._links += [Link(endpoint, server, attempt_s, zenoh) for endpoint in endpoints]
@@ -162,6 +166,7 @@ class RemoteBatch:
 
     def _leave(self) -> None:
         links, self._links = self._links, []
+        self._asked.clear()
         for link in links:
             link.close()
 
@@ -186,6 +191,7 @@ class RemoteBatch:
             wake_ms: list[int] = []
             asked = []
             for part in sorted(waiting):
+                self._take_in_late(part)
                 what, verb, message, number = self._core.poll(part, self._now_ms())
                 if what == "send":
                     assert verb is not None, "a message has a verb"
@@ -206,10 +212,17 @@ class RemoteBatch:
             is_silent = False
             if message is None:
                 self._core.on_timeout(part, self._now_ms())
-            else:
-                self._core.on_reply(part, self._now_ms(), message)
+            elif self._core.on_reply(part, self._now_ms(), message):
+                # The network says later that there is no other answer, and if there is one, the next call is told.
+                self._asked[part] = answers
+                return
         if is_silent:
             self._core.on_nothing(part, self._now_ms())
+
+    def _take_in_late(self, part: int) -> None:
+        answers = self._asked.pop(part, None)
+        for message in answers.late() if answers is not None else ():
+            self._core.on_reply(part, self._now_ms(), message)
 
 
 def _ms(field: str, seconds: float) -> int:
