@@ -120,8 +120,8 @@ def batch(endpoint: str, kind: Kind, tape: Tape, num_envs: int, steps: int) -> P
     rows = tape.rows(num_envs)
     seeds = [tape.seeds[row] for row in rows]
     actions: list[Any] = [np.ascontiguousarray(of_step[rows]) for of_step in tape.actions[:steps]]
-    local = gym.make_vec(ENV_ID, num_envs=num_envs, **kind.blocks)
-    remote = swath.remote.make_vec(ENV_ID, num_envs, connect=endpoint, infos=kind.infos, **kind.blocks)
+    local: Any = gym.make_vec(ENV_ID, num_envs=num_envs, **kind.blocks)
+    remote: Any = swath.remote.make_vec(ENV_ID, num_envs, connect=endpoint, infos=kind.infos, **kind.blocks)
     local.reset(seed=seeds)
     remote.reset(seed=seeds)
     pair = drive(local.step, remote.step, actions, BLOCK[num_envs])

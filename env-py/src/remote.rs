@@ -84,15 +84,15 @@ enum State {
 #[pymethods]
 impl RemoteBatch {
     #[new]
-    #[pyo3(signature = (scenario, rows_of_parts, autoreset_mode, *, copy, infos, attempt_ms, deadline_ms, jitter_seed))]
+    #[pyo3(signature = (scenario, rows_of_parts, autoreset_mode, *, copy, infos, patience_ms, jitter_seed))]
     fn new(
         scenario: Bound<Scenario>,
         rows_of_parts: Vec<usize>,
         autoreset_mode: &str,
         copy: bool,
         infos: bool,
-        attempt_ms: u64,
-        deadline_ms: u64,
+        // How long an attempt may take, and a call with all its attempts.
+        patience_ms: (u64, u64),
         jitter_seed: u64,
     ) -> Result<Self, Error> {
         let autoreset = autoreset_from(autoreset_mode)?;
@@ -102,8 +102,8 @@ impl RemoteBatch {
         let mut parts = Vec::new();
         for (of_part, ahead) in rows_of_parts.into_iter().zip(0..) {
             let options = ClientOptions {
-                attempt_ms,
-                deadline_ms,
+                attempt_ms: patience_ms.0,
+                deadline_ms: patience_ms.1,
                 jitter_seed: jitter_seed.wrapping_add(ahead),
                 ..ClientOptions::default()
             };

@@ -39,7 +39,9 @@ macro_rules! numbers {
             fn get_all(bytes: &[u8], table: &mut [Self]) -> bool {
                 bytemuck::cast_slice_mut(table).copy_from_slice(bytes);
                 if cfg!(target_endian = "big") {
-                    table.iter_mut().for_each(|number| *number = Self::from_le_bytes(number.to_ne_bytes()));
+                    for number in table {
+                        *number = Self::from_le_bytes(number.to_ne_bytes());
+                    }
                 }
                 true
             }

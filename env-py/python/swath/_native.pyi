@@ -118,8 +118,7 @@ class RemoteBatch:
         *,
         copy: bool,
         infos: bool,
-        attempt_ms: int,
-        deadline_ms: int,
+        patience_ms: tuple[int, int],
         jitter_seed: int,
     ) -> Self: ...
     @property

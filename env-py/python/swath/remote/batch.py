@@ -66,8 +66,7 @@ class RemoteBatch:
             autoreset_mode,
             copy=copy,
             infos=infos,
-            attempt_ms=_ms("attempt_s", attempt_s),
-            deadline_ms=_ms("deadline_s", deadline_s),
+            patience_ms=(_ms("attempt_s", attempt_s), _ms("deadline_s", deadline_s)),
             jitter_seed=secrets.randbits(64),
         )
         self._links: list[Link] = []
