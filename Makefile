@@ -240,9 +240,17 @@ bench: build-release counted ## steps per CPU-second beside NumPy, CartPole and 
 	else echo "not measured: valgrind is not installed"; fi >out/bench/profile.txt
 	python -m benchmarks.throughput --profile out/bench/profile.txt $(if $(QUICK),--quick)
 
+.PHONY: bench-remote
+bench-remote: build-release server-release ## what remote environments cost, beside dm_env_rpc and OpenEnv: benchmarks/REMOTE.md; QUICK=1 tries it
+	$(call need,$(VENV),test)
+	@$(MAKE) --no-print-directory peer-dm_env_rpc || echo "dm_env_rpc will not be compared"
+	@$(MAKE) --no-print-directory peer-openenv || echo "OpenEnv will not be compared"
+	python -m benchmarks.remote $(if $(QUICK),--quick)
+
 # Each peer in an environment of its own, so that what it needs decides nothing about swath.
-.PHONY: peer-cartpole peer-envpool
-peer-cartpole peer-envpool: peer-%: tools
+PEERS := peer-cartpole peer-envpool peer-dm_env_rpc peer-openenv
+.PHONY: $(PEERS)
+$(PEERS): peer-%: tools
 	$(call need,target/peers/$*,peer-$*)
 
 .PHONY: bench-episodes

@@ -50,7 +50,8 @@ impl Batch {
         let autoreset = autoreset_from(autoreset_mode)?;
         let options = BatchOptions { rows: num_envs, autoreset, threads: num_threads };
         let core = BatchEnv::new(&scenario.get().scenario, options)?;
-        let face = Face::new(core.observation_spec(), num_envs, autoreset, core.mask_width(), copy);
+        let choices = core.mask_width();
+        let face = Face::new(core.observation_spec(), num_envs, autoreset, choices, copy, true);
         Ok(Self {
             core,
             scenario: scenario.unbind(),

@@ -29,7 +29,7 @@ use swath_wire::message::{
     AutoresetMode, Open, OpenReply, Reset, ResetReply, Restore, Seeds, Snapshot, SnapshotReply,
     SpecReply, Step, StepReply,
 };
-use swath_wire::numbers::{bytes_of, read_into};
+use swath_wire::numbers::{bytes_in, bytes_of, read_into};
 use swath_wire::peer::{check_build, check_opened};
 use swath_wire::received::{EndedMut, read_reset, read_step};
 use swath_wire::resume::{ResumeOptions, ResumingSession};
@@ -63,6 +63,8 @@ pub(crate) struct RemoteBatch {
     /// One environment of the scenario, which knows all that needs no server.
     template: BatchEnv,
     layout: Layout,
+    /// Whether the servers tell the infos of every step.
+    infos: bool,
     autoreset: Autoreset,
     rows: usize,
     parts: Vec<Part>,
@@ -93,14 +95,15 @@ enum State {
 impl RemoteBatch {
     #[new]
     #[expect(clippy::too_many_arguments, reason = "Python gives most of them by name")]
-    #[pyo3(signature = (scenario, rows_of_parts, autoreset_mode, *, copy, attempt_ms, deadline_ms, jitter_seed, hash_every=None))]
+    #[pyo3(signature = (scenario, rows_of_parts, autoreset_mode, *, copy, infos, patience_ms, jitter_seed, hash_every=None))]
     fn new(
         scenario: Bound<Scenario>,
         rows_of_parts: Vec<usize>,
         autoreset_mode: &str,
         copy: bool,
-        attempt_ms: u64,
-        deadline_ms: u64,
+        infos: bool,
+        // How long an attempt may take, and a call with all its attempts.
+        patience_ms: (u64, u64),
         jitter_seed: u64,
         hash_every: Option<u32>,
     ) -> Result<Self, Error> {
@@ -113,8 +116,8 @@ impl RemoteBatch {
         let mut parts = Vec::new();
         for (of_part, ahead) in rows_of_parts.into_iter().zip(0..) {
             let options = ClientOptions {
-                attempt_ms,
-                deadline_ms,
+                attempt_ms: patience_ms.0,
+                deadline_ms: patience_ms.1,
                 jitter_seed: jitter_seed.wrapping_add(ahead),
                 ..ClientOptions::default()
             };
@@ -127,8 +130,9 @@ impl RemoteBatch {
         let is_same_step = autoreset == Autoreset::SameStep;
         let (last_rows, last_choices) = if is_same_step { (rows, choices) } else { (0, 0) };
         Ok(Self {
-            layout: Layout::of(&template),
-            face: Face::new(template.observation_spec(), rows, autoreset, choices, copy),
+            layout: Layout::of(&template, infos),
+            face: Face::new(template.observation_spec(), rows, autoreset, choices, copy, infos),
+            infos,
             last_observation: template.observation_spec().rows(last_rows),
             last_mask: vec![false; rows * last_choices],
             masks: vec![true; rows * choices],
@@ -214,9 +218,11 @@ impl RemoteBatch {
         }
     }
 
-    /// A server has answered.
-    fn on_reply(&mut self, part: usize, now_ms: u64, message: &[u8]) {
-        self.parts[part].session.on_reply(now_ms, message);
+    /// A server has answered. Returns whether the call is over, so that nothing more has to be waited for.
+    fn on_reply(&mut self, part: usize, now_ms: u64, message: &[u8]) -> bool {
+        let session = &mut self.parts[part].session;
+        session.on_reply(now_ms, message);
+        session.is_done()
     }
 
     /// Nobody has answered, and nobody will.
@@ -301,6 +307,7 @@ impl RemoteBatch {
                 num_envs: u32::try_from(part.rows).unwrap_or(u32::MAX),
                 autoreset,
                 hash_every: 0,
+                infos: self.infos,
                 snapshot: None,
                 percept,
                 client: client.to_owned(),
@@ -393,8 +400,8 @@ impl RemoteBatch {
         for part in &mut self.parts {
             let (start, end) = (part.first * width, (part.first + part.rows) * width);
             let table = match actions {
-                Actions::Continuous(numbers) => bytes_of(numbers[start..end].iter().copied()),
-                Actions::Discrete(choices) => bytes_of(choices[start..end].iter().copied()),
+                Actions::Continuous(numbers) => bytes_in(&numbers[start..end]),
+                Actions::Discrete(choices) => bytes_in(&choices[start..end]),
             };
             (part.reply, part.was_asked) = (None, true);
             part.session.call(now_ms, Verb::Step, &Step { actions: vec![&table] })?;
@@ -582,6 +589,7 @@ impl RemoteBatch {
             template,
             states,
             masks,
+            layout,
             perception,
             ..
         } = self;
@@ -598,6 +606,7 @@ impl RemoteBatch {
             for (part, reply) in parts.iter().zip(&replies) {
                 let (_, payload) = Header::read(reply).map_err(Fault::from)?;
                 let reply: StepReply = codec::read(payload)?;
+                check_tables(&reply.info, layout)?;
                 let (of_part, rest) = out.split_at(part.rows, sizes, choices);
                 out = rest;
                 let (last_of_part, rest) = last.split_at_mut(part.rows);
@@ -635,7 +644,7 @@ impl RemoteBatch {
         mask: &[bool],
     ) -> Result<Bound<'py, PyAny>, Error> {
         let replies = replies(&mut self.parts)?;
-        let Self { face, parts, template, states, masks, perception, .. } = self;
+        let Self { face, parts, template, states, masks, layout, perception, .. } = self;
         let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
         face.begin(mask);
         let (observation, ()) = face.write(py, |table, observation| {
@@ -643,6 +652,7 @@ impl RemoteBatch {
             for (part, reply) in parts.iter().zip(&replies) {
                 let (_, payload) = Header::read(reply).map_err(Fault::from)?;
                 let reply: ResetReply = codec::read(payload)?;
+                check_tables(&reply.info, layout)?;
                 let (of_part, rest) = out.split_at(part.rows, sizes, choices);
                 out = rest;
                 read_reset(&reply, of_part)?;
@@ -662,4 +672,9 @@ impl RemoteBatch {
         })?;
         Ok(observation)
     }
+}
+
+/// Infos that were asked for are there.
+fn check_tables(info: &[&[u8]], layout: &Layout) -> Result<(), Fault> {
+    if info.len() == layout.info.len() { Ok(()) } else { Err(Fault::Malformed { offset: 0 }) }
 }

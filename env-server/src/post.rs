@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
+use bytes::Bytes;
 use swath_wire::header::Header;
 use zenoh::Wait as _;
 use zenoh::query::Query;
@@ -23,7 +24,7 @@ const WAITING: usize = 2;
 const QUERIES: usize = 256;
 
 /// A query and its reply; none if it is to be dropped.
-type Letter = (Box<Query>, Option<Arc<[u8]>>);
+type Letter = (Box<Query>, Option<Bytes>);
 
 /// The threads that send long replies, as many as it takes.
 #[derive(Debug, Default)]
@@ -57,10 +58,10 @@ impl Post {
     /// # Panics
     ///
     /// If the system has no thread to give.
-    pub fn send(&mut self, query: Box<Query>, message: Arc<[u8]>) {
+    pub fn send(&mut self, query: Box<Query>, message: Bytes) {
         let session = self.session_of(&message);
         if message.len() <= SHORT && !self.office.desk().letters.contains_key(&session) {
-            return reply(&query, &message);
+            return reply(&query, message);
         }
         self.hand_over(session, (query, Some(message)));
     }
@@ -143,7 +144,7 @@ impl Office {
             let letter = desk.letters.get_mut(&session).and_then(VecDeque::pop_front);
             drop(desk);
             if let Some((query, Some(message))) = &letter {
-                reply(query, message);
+                reply(query, message.clone());
             }
             drop(letter);
             desk = self.desk();
@@ -156,8 +157,9 @@ impl Office {
     }
 }
 
-fn reply(query: &Query, message: &[u8]) {
-    if let Err(error) = query.reply(query.key_expr().clone(), message).wait() {
+fn reply(query: &Query, message: Bytes) {
+    // Bytes are shared with Zenoh, not copied.
+    if let Err(error) = query.reply(query.key_expr().clone(), message).express(true).wait() {
         tracing::debug!(%error, "a reply was not sent");
     }
 }

@@ -6,6 +6,8 @@ use zenoh::Config;
 use crate::endpoint::Endpoint;
 use crate::options::Options;
 
+/// Pieces of replies, of 64 KiB, that may wait for the network before their sender has to: as many as Zenoh allows.
+const WAITING_PIECES: usize = 16;
 /// Longer than what Zenoh adds to a message.
 const MESSAGE_SLACK: u32 = 64 << 10;
 
@@ -48,7 +50,7 @@ fn all(options: &Options) -> Value {
         .collect();
     let mut link = json!({
         "protocols": protocols,
-        "tx": { "lease": options.limits.lease_ms },
+        "tx": { "lease": options.limits.lease_ms, "queue": { "size": { "data": WAITING_PIECES } } },
         "rx": { "max_message_size": options.limits.max_msg.saturating_add(MESSAGE_SLACK) },
     });
     if let Some(tls) = &options.access.tls {

@@ -400,6 +400,12 @@ impl ClientSession {
         self.doubt.is_some()
     }
 
+    /// Whether the call is over, and [`Self::poll`] tells how.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.done.is_some()
+    }
+
     /// How many messages were no answer to what was asked.
     #[must_use]
     pub fn ignored(&self) -> u64 {

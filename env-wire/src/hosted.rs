@@ -1,5 +1,6 @@
 //! The batch behind a session: requests in, replies out.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
@@ -20,7 +21,7 @@ use crate::message::{
     AutoresetMode, Open, OpenReply, Reset, ResetReply, Restore, Seeds, Snapshot, SnapshotReply,
     Step, StepReply,
 };
-use crate::numbers::{self, bytes_of};
+use crate::numbers::{self, bytes_in, bytes_of};
 use crate::percept::{Tables, Teller};
 
 /// The scenarios that can be opened.
@@ -49,6 +50,7 @@ pub struct Hosted {
     autoreset: Autoreset,
     layout: Layout,
     columns: Columns,
+    infos: bool,
     /// Where percepts were asked for.
     teller: Option<Teller>,
     hash_every: u32,
@@ -133,7 +135,7 @@ impl Hosted {
                 .map_err(|error| bad(error.to_string()))
         };
         let one = batch_of(1)?;
-        let layout = Layout::of(&one);
+        let layout = Layout::of(&one, open.infos);
         let teller_of =
             |batch: &BatchEnv| open.percept.then(|| Teller::new(batch, most_weeds(&scenario)));
         let longest = longest_reply(&layout, rows, teller_of(&one).as_ref()) as u64;
@@ -158,6 +160,7 @@ impl Hosted {
             autoreset,
             layout,
             columns,
+            infos: open.infos,
             teller,
             hash_every,
             requests: 0,
@@ -232,24 +235,17 @@ impl Hosted {
         }
         let last: Vec<&Last> =
             done.iter().map(|&row| self.batch.last(row).expect("it has just ended")).collect();
-        let (observation, info) = (columns.observation(&self.layout), columns.info());
+        let (observation, info) = (columns.observation(&self.layout), columns.info(self.infos));
         let final_observation = self.final_observation(&done);
         let ended = self.ended(&done, &last);
-        let (reward, index) = (
-            bytes_of(columns.reward.iter().copied()),
-            bytes_of(done.iter().map(|&row| u32::try_from(row).expect("rows are few"))),
-        );
-        let (terminated, truncated) = (
-            bytes_of(columns.terminated.iter().copied()),
-            bytes_of(columns.truncated.iter().copied()),
-        );
+        let index = bytes_of(done.iter().map(|&row| u32::try_from(row).expect("rows are few")));
         codec::write(
             reply,
             &StepReply {
                 observation: borrowed(&observation),
-                reward: &reward,
-                terminated: &terminated,
-                truncated: &truncated,
+                reward: &bytes_in(&columns.reward),
+                terminated: &bytes_in(&columns.terminated),
+                truncated: &bytes_in(&columns.truncated),
                 info: borrowed(&info),
                 done_index: &index,
                 final_observation: borrowed(&final_observation),
@@ -358,7 +354,8 @@ impl Hosted {
             }
         }
         let state_hash = self.state_hash();
-        let (observation, info) = (self.columns.observation(&self.layout), self.columns.info());
+        let observation = self.columns.observation(&self.layout);
+        let info = self.columns.info(self.infos);
         // Of every row: a client may have dropped what the last step told.
         let percept = self.teller.as_mut().map(|teller| teller.tell(self.batch.rows(), |_| true));
         codec::write(
@@ -531,8 +528,8 @@ fn fault_of(error: BatchError) -> Fault {
     }
 }
 
-fn borrowed(tables: &[Vec<u8>]) -> Vec<&[u8]> {
-    tables.iter().map(Vec::as_slice).collect()
+fn borrowed<T: AsRef<[u8]>>(tables: &[T]) -> Vec<&[u8]> {
+    tables.iter().map(T::as_ref).collect()
 }
 
 /// Some rows of one part of an observation of `rows` rows.
@@ -584,28 +581,27 @@ impl Columns {
         }
     }
 
-    fn observation(&self, layout: &Layout) -> Vec<Vec<u8>> {
+    fn observation(&self, layout: &Layout) -> Vec<Cow<'_, [u8]>> {
         let Observation { features, candidates, action_mask, maps } = &self.observation;
         let table = |name: &str| match name {
-            "features" => bytes_of(features.iter().copied()),
-            "candidates" => bytes_of(candidates.iter().copied()),
-            "action_mask" => bytes_of(action_mask.iter().copied()),
-            _ => maps.clone(),
+            "features" => bytes_in(features),
+            "candidates" => bytes_in(candidates),
+            "action_mask" => bytes_in(action_mask),
+            _ => bytes_in(maps),
         };
         layout.observation.iter().map(|leaf| table(&leaf.name)).collect()
     }
 
-    fn info(&self) -> Vec<Vec<u8>> {
-        let floats = |table: &[f64]| bytes_of(table.iter().copied());
-        let mut tables = vec![
-            floats(&self.weed),
-            floats(&self.path),
-            floats(&self.failure),
-            bytes_of(self.is_clipped.iter().copied()),
-        ];
+    /// The tables of every info, or only the action mask.
+    fn info(&self, infos: bool) -> Vec<Cow<'_, [u8]>> {
+        let mut tables = Vec::new();
+        if infos {
+            tables.extend([&self.weed, &self.path, &self.failure].map(|terms| bytes_in(terms)));
+            tables.push(bytes_in(&self.is_clipped));
+        }
         if !self.action_mask.is_empty() {
-            tables.push(floats(&self.distance_m));
-            tables.push(bytes_of(self.action_mask.iter().copied()));
+            tables.extend(infos.then(|| bytes_in(&self.distance_m)));
+            tables.push(bytes_in(&self.action_mask));
         }
         tables
     }

@@ -94,6 +94,8 @@ pub struct Open<'a> {
     pub autoreset: AutoresetMode,
     /// After every so many requests the reply holds a hash of the state; 0 for never.
     pub hash_every: u32,
+    /// Whether every reply has the infos, or only what else a client could not go on without.
+    pub infos: bool,
     /// Where to begin: what `snapshot` returned of as many environments of the same scenario.
     pub snapshot: Option<&'a [u8]>,
     /// Whether every reply tells what the mowers perceive, as a scripted agent needs it.
@@ -113,7 +115,7 @@ pub struct OpenReply {
     pub observation: Vec<Leaf>,
     /// Tables of an action.
     pub action: Vec<Leaf>,
-    /// Tables of every info.
+    /// Tables of every info; without infos, the action mask alone where there is one.
     pub info: Vec<Leaf>,
     /// What is said of an episode that ended.
     pub ended: Vec<Leaf>,

@@ -279,6 +279,12 @@ impl ResumingSession {
         self.session.lid()
     }
 
+    /// Whether what was sent last is answered, and [`Self::poll`] tells what follows.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.session.is_done()
+    }
+
     /// Whether the last call was not answered in time, or its session was lost and is not resumed.
     #[must_use]
     pub fn is_in_doubt(&self) -> bool {

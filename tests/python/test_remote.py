@@ -43,6 +43,46 @@ def actions_for(vec, rng):
     return rng.uniform(-1, 1, (vec.num_envs, *space.shape)).astype(np.float32)
 
 
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+@pytest.mark.parametrize("kind", ["steer", "target"])
+def test_without_infos_only_ends_and_choices_are_told_and_all_else_is_the_same(server, mode, kind):
+    blocks = {**SHORT, "action": {"kind": kind}, "autoreset_mode": mode}
+    here = gym.make_vec(ENV_ID, num_envs=3, **blocks)
+    far = swath.remote.make_vec(ENV_ID, 3, connect=server.endpoint, infos=False, **blocks)
+    always = {"action_mask", "_action_mask"} if kind == "target" else set()
+    untold = {"reward_terms", "_reward_terms", "action_clipped", "_action_clipped", "elapsed_m", "_elapsed_m"}
+    rng, ended = np.random.default_rng(0), 0
+    observation, infos = far.reset(seed=3)
+    assert same(observation, here.reset(seed=3)[0])
+    assert infos.keys() == always
+    for _ in range(200):
+        actions = far._core.action_masks.argmax(axis=1) if kind == "target" else actions_for(here, rng)
+        *one, all_infos = here.step(actions)
+        *other, infos = far.step(actions)
+        assert all(map(same, one, other))
+        assert same(infos, {key: value for key, value in all_infos.items() if key not in untold})
+        ended += (other[2] | other[3]).sum()
+    assert ended > 3
+    far.close()
+
+
+def test_one_environment_without_infos_tells_its_end(server):
+    here, far = (
+        gym.make(ENV_ID, **SHORT).unwrapped,
+        swath.remote.make(ENV_ID, connect=server.endpoint, infos=False, **SHORT),
+    )
+    here.reset(seed=1)
+    assert far.reset(seed=1)[1] == {}
+    end = False
+    while not end:
+        *_, terminated, truncated, whole = here.step([0.0])
+        *_, info = far.step([0.0])
+        end = terminated or truncated
+        assert info.keys() == (whole.keys() - {"reward_terms", "action_clipped"} if end else set())
+    assert info["outcome"] == whole["outcome"]
+    far.close()
+
+
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
 @pytest.mark.parametrize(
     ("observation", "action"),

@@ -105,6 +105,8 @@ def make_vec_env(
             "SameStep",
             connect,
             server=server,
+            # Of running episodes stable-baselines3 is told nothing here either.
+            infos=False,
             attempt_s=attempt_s,
             deadline_s=deadline_s,
             client=client,

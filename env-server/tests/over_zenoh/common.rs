@@ -300,6 +300,7 @@ pub(crate) fn batch(nonce: u128, num_envs: u32) -> Open<'static> {
         num_envs,
         autoreset: AutoresetMode::NextStep,
         hash_every: 1,
+        infos: true,
         snapshot: None,
         percept: false,
         client: "test".to_owned(),

@@ -157,6 +157,7 @@ fn spec_and_open(page: &mut Page) {
         num_envs: 2,
         autoreset: AutoresetMode::SameStep,
         hash_every: 100,
+        infos: true,
         snapshot: None,
         percept: false,
         client: "me".to_owned(),

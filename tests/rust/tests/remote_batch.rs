@@ -39,6 +39,7 @@ fn open(scenario: &Scenario, autoreset: AutoresetMode) -> Open<'static> {
         num_envs: u32::try_from(ROWS).unwrap(),
         autoreset,
         hash_every: 1,
+        infos: true,
         snapshot: None,
         percept: false,
         client: "test".to_owned(),
@@ -136,6 +137,41 @@ fn follow(
     assert!(ended > ROWS, "{ended} episodes ended");
     let reply = ask(&mut hosted, Verb::Snapshot, &Snapshot { env: None }).unwrap();
     assert_eq!(codec::read::<SnapshotReply>(&reply).unwrap().data, batch.snapshot());
+}
+
+#[test]
+fn without_infos_all_else_is_the_same() {
+    for action in [ActionKind::Steer, ActionKind::Target] {
+        let scenario = scenario(action, ObservationKind::Features);
+        let with = open(&scenario, AutoresetMode::NextStep);
+        let without = Open { infos: false, ..with.clone() };
+        let [mut told, mut untold] =
+            [with, without].map(|open| Hosted::open(&open, &Limits::default(), 1).unwrap());
+        let reset = Reset { seeds: Seeds::One(9), mask: &[], weeds: Vec::new() };
+        let [full, short] =
+            [&mut told, &mut untold].map(|hosted| ask(hosted, Verb::Reset, &reset).unwrap());
+        let (full, short): (ResetReply, ResetReply) =
+            (codec::read(&full).unwrap(), codec::read(&short).unwrap());
+        assert_eq!(short, ResetReply { info: short.info.clone(), ..full });
+        let mut ended = 0;
+        for step in 0_i64..40 {
+            let table = if action == ActionKind::Steer {
+                bytes_of((0..ROWS).map(|row| (step as f32 + row as f32).sin()))
+            } else {
+                bytes_of((0..ROWS).map(|_| step % 5))
+            };
+            let step = Step { actions: vec![&table] };
+            let [full, short] =
+                [&mut told, &mut untold].map(|hosted| ask(hosted, Verb::Step, &step).unwrap());
+            let (full, short): (StepReply, StepReply) =
+                (codec::read(&full).unwrap(), codec::read(&short).unwrap());
+            let masks = full.info[4..].last().copied();
+            assert_eq!(short.info, masks.into_iter().collect::<Vec<_>>());
+            ended += short.done_index.len() / 4;
+            assert_eq!(short, StepReply { info: short.info.clone(), ..full });
+        }
+        assert!(ended > ROWS, "{ended} episodes ended");
+    }
 }
 
 #[test]

@@ -131,6 +131,7 @@ fn open() -> Vec<u8> {
         num_envs: 4,
         autoreset: AutoresetMode::NextStep,
         hash_every: 0,
+        infos: true,
         snapshot: Some(&[1, 2, 3]),
         percept: false,
         client: "test".to_owned(),

@@ -36,6 +36,7 @@ def make(
     connect: str,
     server: str = "default",
     scenario: ScenarioSource = None,
+    infos: bool = True,
     attempt_s: float = 2.0,
     deadline_s: float = 60.0,
     client: str = "",
@@ -51,6 +52,8 @@ def make(
         connect: The server's endpoint, such as `tcp/127.0.0.1:7447`.
         server: The name that the server was started with.
         scenario: A shipped name, a file, a dictionary, a `Scenario`, or None for the defaults.
+        infos: Whether every step tells its infos. Without, they are empty but for what is said of an episode that ends,
+            and, with the action kind `target`, which choices are open; a reply is then shorter.
         attempt_s: How long to wait for an answer before the same is asked again, seconds.
         deadline_s: How long to go on asking, seconds.
         client: Who asks, for the server's logs.
@@ -75,6 +78,7 @@ def make(
         scenario,
         connect=connect,
         server=server,
+        infos=infos,
         attempt_s=attempt_s,
         deadline_s=deadline_s,
         client=client,
@@ -94,6 +98,7 @@ def make_vec(
     scenario: ScenarioSource = None,
     autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     copy: bool = True,
+    infos: bool = True,
     attempt_s: float = 2.0,
     deadline_s: float = 60.0,
     client: str = "",
@@ -112,6 +117,7 @@ def make_vec(
         scenario: As for `make`.
         autoreset_mode: As for `gym.make_vec`.
         copy: As for `gym.make_vec`.
+        infos: As for `make`.
         attempt_s: As for `make`.
         deadline_s: As for `make`.
         client: As for `make`.
@@ -135,6 +141,7 @@ def make_vec(
         server=server,
         autoreset_mode=autoreset_mode,
         copy=copy,
+        infos=infos,
         attempt_s=attempt_s,
         deadline_s=deadline_s,
         client=client,

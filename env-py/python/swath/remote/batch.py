@@ -45,6 +45,7 @@ class RemoteBatch:
         server: str = "default",
         copy: bool = True,
         percept: bool = False,
+        infos: bool = True,
         attempt_s: float = 2.0,
         deadline_s: float = 60.0,
         client: str = "",
@@ -63,6 +64,9 @@ class RemoteBatch:
         if not 1 <= len(endpoints) <= num_envs:
             text = f"`connect` must name from 1 to {num_envs} servers, no more than environments, got {connect!r}"
             raise ConfigError(text)
+        if percept and not infos:
+            text = "`infos` must be True with `percept`: mowed weeds are counted from the reward, got False"
+            raise ConfigError(text)
         share, rest = divmod(num_envs, len(endpoints))
         rows = [share + (part < rest) for part in range(len(endpoints))]
         self._start_s = time.monotonic()
@@ -71,12 +75,14 @@ class RemoteBatch:
             rows,
             autoreset_mode,
             copy=copy,
-            attempt_ms=_ms("attempt_s", attempt_s),
-            deadline_ms=_ms("deadline_s", deadline_s),
+            infos=infos,
+            patience_ms=(_ms("attempt_s", attempt_s), _ms("deadline_s", deadline_s)),
             jitter_seed=secrets.randbits(64),
             hash_every=whole("hash_every", hash_every, least=1, most=_MOST_HASH_EVERY) if resume else None,
         )
         self._links: list[Link] = []
+        # What was asked last of each server, if more answers may come.
+        self._asked: dict[int, Answers] = {}
         self._finish: Callable[[], Any] = self._core.finish_open
         try:
             self._links += [Link(endpoint, server, attempt_s, zenoh) for endpoint in endpoints]
@@ -187,6 +193,7 @@ class RemoteBatch:
 
     def _leave(self) -> None:
         links, self._links = self._links, []
+        self._asked.clear()
         for link in links:
             link.close()
 
@@ -228,6 +235,7 @@ class RemoteBatch:
             wake_ms: list[int] = []
             asked = []
             for part in sorted(waiting):
+                self._take_in_late(part)
                 what, verb, message, number = self._core.poll(part, self._now_ms())
                 if what == "send":
                     assert verb is not None, "a message has a verb"
@@ -250,10 +258,17 @@ class RemoteBatch:
             is_silent = False
             if message is None:
                 self._core.on_timeout(part, self._now_ms())
-            else:
-                self._core.on_reply(part, self._now_ms(), message)
+            elif self._core.on_reply(part, self._now_ms(), message):
+                # The network says later that there is no other answer, and if there is one, the next call is told.
+                self._asked[part] = answers
+                return
         if is_silent:
             self._core.on_nothing(part, self._now_ms())
+
+    def _take_in_late(self, part: int) -> None:
+        answers = self._asked.pop(part, None)
+        for message in answers.late() if answers is not None else ():
+            self._core.on_reply(part, self._now_ms(), message)
 
 
 def _ms(field: str, seconds: float) -> int:

@@ -28,6 +28,8 @@ _LOOK_S = 1.0
 # What is left of a deadline is never no time at all.
 _SHORTEST_S = 0.001
 _NAME = re.compile(r"[a-z0-9-]{1,64}")
+# What is read from the network at a time: long replies come in pieces of 64 KiB.
+_READ_BYTES = 1 << 20
 # Larger than the largest message by far more than Zenoh adds.
 _MAX_MESSAGE_BYTES = (64 << 20) + (64 << 10)
 
@@ -144,9 +146,21 @@ class Answers:
         self._replies = replies
 
     def __iter__(self) -> Iterator[bytes | None]:
-        """Yields each message, and None for an error of the network such as a time-out."""
+        """Waits for each message and yields it, and None for an error of the network such as a time-out."""
         for reply in self._replies:
             yield reply.ok.payload.to_bytes() if reply.ok is not None else None
+
+    def late(self) -> Iterator[bytes]:
+        """Yields the messages that have come since nobody waits for them any more."""
+        import zenoh
+
+        try:
+            while (reply := self._replies.try_recv()) is not None:
+                if reply.ok is not None:
+                    yield reply.ok.payload.to_bytes()
+        except zenoh.ZError:
+            # There will be no more.
+            return
 
 
 def _settings(zenoh: Any, endpoint: str, further: dict[str, object] | None) -> Any:  # noqa: ANN401 - it is imported late
@@ -182,6 +196,7 @@ def _usual(endpoint: str) -> dict[str, object]:
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "transport/shared_memory/enabled": False,
+        "transport/link/rx/buffer_size": _READ_BYTES,
         "transport/link/rx/max_message_size": _MAX_MESSAGE_BYTES,
     }
 

@@ -174,6 +174,7 @@ impl World {
                     num_envs: 1,
                     autoreset: AutoresetMode::NextStep,
                     hash_every: 0,
+                    infos: true,
                     snapshot: None,
                     percept: false,
                     client: client.to_string(),
