@@ -95,6 +95,7 @@ mod tests {
             num_envs: 1,
             autoreset: AutoresetMode::NextStep,
             hash_every: 0,
+            infos: true,
             snapshot: None,
             percept: false,
             client: String::new(),
