@@ -92,6 +92,7 @@ enum State {
 #[pymethods]
 impl RemoteBatch {
     #[new]
+    #[expect(clippy::too_many_arguments, reason = "Python gives most of them by name")]
     #[pyo3(signature = (scenario, rows_of_parts, autoreset_mode, *, copy, attempt_ms, deadline_ms, jitter_seed, hash_every=None))]
     fn new(
         scenario: Bound<Scenario>,

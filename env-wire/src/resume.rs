@@ -9,6 +9,7 @@
 #[cfg(test)]
 mod tests;
 
+use std::fmt;
 use std::sync::Arc;
 
 use bincode::Encode;
@@ -40,7 +41,6 @@ impl Default for ResumeOptions {
 /// A [`ClientSession`] that may be resumed: the same calls, and the same outputs.
 ///
 /// After a resumption the session has another lease: whoever holds that looks at [`Self::lid`] when a call has ended.
-#[derive(Debug)]
 pub struct ResumingSession {
     session: ClientSession,
     deadline_ms: u64,
@@ -63,6 +63,9 @@ pub struct ResumingSession {
     resumed: u64,
 }
 
+/// How a call ends: with all bytes of the reply, or without.
+type Outcome = Result<Vec<u8>, ClientError>;
+
 /// What a call in flight is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
@@ -79,14 +82,13 @@ enum Stage {
 }
 
 /// A request of the caller's.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 struct Wish {
     verb: Verb,
     payload: Arc<[u8]>,
 }
 
 /// What a session can be built from again.
-#[derive(Debug)]
 struct Memory {
     open: Open<'static>,
     /// How many sessions it was; each has a nonce of its own.
@@ -102,7 +104,6 @@ struct Memory {
 }
 
 /// A request that was carried out, and the digest of its reply if that was seen.
-#[derive(Debug)]
 struct Entry {
     wish: Wish,
     reply: Option<[u8; 32]>,
@@ -257,6 +258,7 @@ impl ResumingSession {
             return Some(result);
         }
         self.session.abandon();
+        self.is_aside = false;
         if self.stage != Stage::Saving {
             return None;
         }
@@ -341,11 +343,7 @@ impl ResumingSession {
     }
 
     /// A call has ended: what the caller is told, unless something else has to be done first.
-    fn on_done(
-        &mut self,
-        now_ms: u64,
-        result: Result<Vec<u8>, ClientError>,
-    ) -> Option<Result<Vec<u8>, ClientError>> {
+    fn on_done(&mut self, now_ms: u64, result: Outcome) -> Option<Outcome> {
         if std::mem::take(&mut self.is_aside) || self.memory.is_none() {
             return Some(result);
         }
@@ -363,14 +361,14 @@ impl ResumingSession {
             (Stage::Replaying(place), Ok(message)) => {
                 let before = self.memory.as_ref()?.journal[place].reply;
                 if before.is_some_and(|before| before != digest(&message)) {
-                    return self.fail(ClientError::Differs { request: place as u64 + 1 });
+                    return Some(self.fail(ClientError::Differs { request: place as u64 + 1 }));
                 }
                 self.replay(now_ms, place + 1)
             }
             (Stage::Replaying(place), Err(error)) if is_refusal(&error) => {
-                self.fail(ClientError::Differs { request: place as u64 + 1 })
+                Some(self.fail(ClientError::Differs { request: place as u64 + 1 }))
             }
-            (Stage::Replaying(_), Err(error)) => self.fail(error),
+            (Stage::Replaying(_), Err(error)) => Some(self.fail(error)),
             (Stage::Wishing, Ok(message)) => {
                 self.keep(0, Some(&message));
                 self.wishes.remove(0);
@@ -380,15 +378,11 @@ impl ResumingSession {
                 self.wishes.remove(0);
                 self.fulfil(now_ms, None)
             }
-            (Stage::Wishing, Err(error)) => self.end(Err(error)),
+            (Stage::Wishing, Err(error)) => Some(self.end(Err(error))),
         }
     }
 
-    fn on_plain(
-        &mut self,
-        now_ms: u64,
-        result: Result<Vec<u8>, ClientError>,
-    ) -> Option<Result<Vec<u8>, ClientError>> {
+    fn on_plain(&mut self, now_ms: u64, result: Outcome) -> Option<Outcome> {
         let verb = self.wishes.last().map_or(Verb::Open, |wish| wish.verb);
         if verb == Verb::Open {
             let memory = self.memory.as_mut()?;
@@ -442,7 +436,7 @@ impl ResumingSession {
     }
 
     /// Gives the caller a reply, after a snapshot if one is due.
-    fn deliver(&mut self, now_ms: u64, message: Vec<u8>) -> Option<Result<Vec<u8>, ClientError>> {
+    fn deliver(&mut self, now_ms: u64, message: Vec<u8>) -> Option<Outcome> {
         let (options, memory) = (self.options?, self.memory.as_ref()?);
         let requests = self.session.next_seq() - 1;
         let is_long = memory.journal.len() >= options.snapshot_every as usize
@@ -450,40 +444,33 @@ impl ResumingSession {
         let is_due = is_long
             && memory.gap.is_none()
             && requests.is_multiple_of(options.hash_every.max(1).into());
-        if is_due { self.save(now_ms, message) } else { self.end(Ok(message)) }
+        if is_due { self.save(now_ms, message) } else { Some(self.end(Ok(message))) }
     }
 
-    fn end(
-        &mut self,
-        result: Result<Vec<u8>, ClientError>,
-    ) -> Option<Result<Vec<u8>, ClientError>> {
+    fn end(&mut self, outcome: Outcome) -> Outcome {
         self.stage = Stage::Plain;
         self.wishes.clear();
-        Some(result)
+        outcome
     }
 
     /// Asks for a snapshot; the caller's reply waits for it.
-    fn save(&mut self, now_ms: u64, message: Vec<u8>) -> Option<Result<Vec<u8>, ClientError>> {
+    fn save(&mut self, now_ms: u64, message: Vec<u8>) -> Option<Outcome> {
         if self.session.call(now_ms, Verb::Snapshot, &Snapshot { env: None }).is_err() {
-            return self.end(Ok(message));
+            return Some(self.end(Ok(message)));
         }
         (self.stage, self.held) = (Stage::Saving, Some(message));
         self.wishes.clear();
         None
     }
 
-    fn on_saved(
-        &mut self,
-        now_ms: u64,
-        result: Result<Vec<u8>, ClientError>,
-    ) -> Option<Result<Vec<u8>, ClientError>> {
+    fn on_saved(&mut self, now_ms: u64, result: Outcome) -> Option<Outcome> {
         let is_first =
             self.memory.as_ref()?.base.is_none() && self.memory.as_ref()?.journal.is_empty();
         match result {
             Err(error) if is_loss(&error) => return self.try_resume(now_ms),
             Err(ClientError::Fault(fault)) if is_first => {
                 self.held = None;
-                return self.fail(ClientError::NotResumable(fault));
+                return Some(self.fail(ClientError::NotResumable(fault)));
             }
             Err(ClientError::Fault(fault)) => {
                 // Without a snapshot the journal would grow for ever.
@@ -503,13 +490,13 @@ impl ResumingSession {
             Err(_) => self.session.forget_snapshot(),
         }
         let message = self.held.take()?;
-        self.end(Ok(message))
+        Some(self.end(Ok(message)))
     }
 
     /// Begins a resumption, where there is something to resume from.
-    fn try_resume(&mut self, now_ms: u64) -> Option<Result<Vec<u8>, ClientError>> {
+    fn try_resume(&mut self, now_ms: u64) -> Option<Outcome> {
         if let Some(fault) = self.memory.as_ref()?.gap.clone() {
-            return self.fail(ClientError::NotResumable(fault));
+            return Some(self.fail(ClientError::NotResumable(fault)));
         }
         self.resume(now_ms).err().map(Err)
     }
@@ -527,16 +514,16 @@ impl ResumingSession {
         Ok(())
     }
 
-    fn on_opened(&mut self, now_ms: u64, message: &[u8]) -> Option<Result<Vec<u8>, ClientError>> {
+    fn on_opened(&mut self, now_ms: u64, message: &[u8]) -> Option<Outcome> {
         let reply = opened(message).map(lasting);
         if reply != self.memory.as_ref()?.reply {
-            return self.fail(ClientError::Differs { request: 0 });
+            return Some(self.fail(ClientError::Differs { request: 0 }));
         }
         self.replay(now_ms, 0)
     }
 
     /// Sends a request of the journal again, or goes on if there are no more.
-    fn replay(&mut self, now_ms: u64, place: usize) -> Option<Result<Vec<u8>, ClientError>> {
+    fn replay(&mut self, now_ms: u64, place: usize) -> Option<Outcome> {
         let Some(entry) = self.memory.as_ref()?.journal.get(place) else {
             self.resumed += 1;
             let held = self.held.take();
@@ -548,11 +535,7 @@ impl ResumingSession {
     }
 
     /// Sends a wish, or gives the caller the last reply if there are no more.
-    fn fulfil(
-        &mut self,
-        now_ms: u64,
-        last: Option<Vec<u8>>,
-    ) -> Option<Result<Vec<u8>, ClientError>> {
+    fn fulfil(&mut self, now_ms: u64, last: Option<Vec<u8>>) -> Option<Outcome> {
         let Some(Wish { verb, payload }) = self.wishes.first().cloned() else {
             return self.deliver(now_ms, last?);
         };
@@ -561,9 +544,21 @@ impl ResumingSession {
     }
 
     /// The session is over, and will not be resumed.
-    fn fail(&mut self, error: ClientError) -> Option<Result<Vec<u8>, ClientError>> {
+    fn fail(&mut self, error: ClientError) -> Outcome {
         self.ended = Some(error.clone());
         self.end(Err(error))
+    }
+}
+
+impl fmt::Debug for ResumingSession {
+    // What is kept shows weeds that nobody has seen.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("ResumingSession")
+            .field("session", &self.session)
+            .field("stage", &self.stage)
+            .field("resumed", &self.resumed)
+            .field("kept_bytes", &self.kept_bytes())
+            .finish_non_exhaustive()
     }
 }
 

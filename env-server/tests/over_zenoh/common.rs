@@ -87,6 +87,12 @@ pub(crate) fn size(short: u64, long: u64) -> u64 {
     if std::env::var_os("LONG").is_some_and(|value| !value.is_empty()) { long } else { short }
 }
 
+/// Says what a test has measured; `make test-faults` collects it.
+#[expect(clippy::print_stdout, reason = "what was measured is there to be read")]
+pub(crate) fn measured(text: &str) {
+    println!("measured: {text}");
+}
+
 impl Drop for Running {
     fn drop(&mut self) {
         let _ = self.child.kill();

@@ -7,7 +7,7 @@ use swath_server::clock::Clock;
 use swath_wire::client::ClientOptions;
 
 use crate::agent::Agent;
-use crate::common::{Running, size};
+use crate::common::{Running, measured, size};
 use crate::relay::{Relay, Weather};
 
 const ENVS: u16 = 16;
@@ -44,9 +44,9 @@ fn no_step_is_made_twice_or_left_out_and_every_observation_is_that_of_a_local_re
         (count(&tally.queries), count(&tally.late), count(&tally.lost), count(&tally.doubled));
     assert!(late > queries / 40 && lost > 0 && doubled > 0, "{tally:?}");
     assert!(queries > clients * steps, "{tally:?}");
-    println!(
-        "measured: relay: {clients} clients x {steps} steps x {ENVS} environments over Zenoh in {} s: {queries} queries, \
+    measured(&format!(
+        "relay: {clients} clients x {steps} steps x {ENVS} environments over Zenoh in {} s: {queries} queries, \
          {late} replies late, {lost} lost, {doubled} doubled; every step once, every reply equal to the local replay",
         clock.now_ms() / 1000
-    );
+    ));
 }

@@ -13,7 +13,7 @@ use zenoh::Wait as _;
 use zenoh::query::ConsolidationMode;
 
 use crate::agent::Agent;
-use crate::common::{Client, Running, batch, fault_of, header, size};
+use crate::common::{Client, Running, batch, fault_of, header, measured, size};
 
 #[test]
 fn random_bytes_are_refused_while_others_go_on() {
@@ -42,10 +42,10 @@ fn random_bytes_are_refused_while_others_go_on() {
     assert_eq!(agent.close(), Ok(steps));
     let (before, after) = (before.unwrap_or(0) >> 10, server.memory_bytes().unwrap_or(0) >> 10);
     assert!(after <= before + (16 << 10), "{before} KiB, {after} KiB");
-    println!(
-        "measured: {messages} random messages over Zenoh: each refused by name, {steps} steps of a client beside them equal \
+    measured(&format!(
+        "{messages} random messages over Zenoh: each refused by name, {steps} steps of a client beside them equal \
          to a local replay; the server's memory {before} KiB before, {after} KiB after"
-    );
+    ));
 }
 
 #[test]
@@ -72,10 +72,10 @@ fn a_message_that_is_too_large_is_refused_or_not_taken_in_and_others_go_on() {
     let (before, after) = (before.unwrap_or(0) >> 10, server.memory_bytes().unwrap_or(0) >> 10);
     assert!(after <= before + (64 << 10), "{before} KiB, {after} KiB");
     assert_eq!(agent.close(), Ok(20));
-    println!(
-        "measured: 20 messages of 32 MiB where 100000 bytes are allowed: none answered; the server's memory {before} KiB \
+    measured(&format!(
+        "20 messages of 32 MiB where 100000 bytes are allowed: none answered; the server's memory {before} KiB \
          before, {after} KiB after"
-    );
+    ));
 }
 
 #[test]
@@ -106,11 +106,11 @@ fn of_more_clients_than_places_as_many_as_there_are_places_come_in() {
     });
     let (opened, refused) = (opened.into_inner(), refused.into_inner());
     assert_eq!((opened, refused), (places, clients - places));
-    println!(
-        "measured: {clients} clients for {places} places: {opened} came in, {refused} were told that all places are taken, \
+    measured(&format!(
+        "{clients} clients for {places} places: {opened} came in, {refused} were told that all places are taken, \
          the last of them within {} ms",
         slowest_ms.into_inner()
-    );
+    ));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! given the answers to what it asked.
 
 use proptest::prelude::*;
-use swath_tests::dice::size;
+use swath_tests::dice::{measured, size};
 use swath_tests::simulator::{Tally, Weather, World};
 
 fn ran(seed: u64, weather: Weather, clients: usize, steps: u64) -> Tally {
@@ -22,11 +22,11 @@ fn every_request_is_carried_out_once_and_every_client_sees_its_replies() {
         let Tally { closed, seen_lost, resumed, crashes, timeouts, restarts, .. } = tally;
         let met = [closed, seen_lost, resumed, crashes, timeouts, restarts];
         assert!(met.iter().all(|&count| count > 0), "{tally:?}");
-        println!("measured: seed {seed}: {tally:?}");
+        measured(&format!("seed {seed}: {tally:?}"));
         steps_seen += tally.stepped;
     }
     assert_eq!(steps_seen, seeds * clients as u64 * steps);
-    println!("measured: simulator: {steps_seen} steps of {clients} clients, each carried out once");
+    measured(&format!("simulator: {steps_seen} steps of {clients} clients, each carried out once"));
 }
 
 prop_compose! {

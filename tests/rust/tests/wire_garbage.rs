@@ -4,7 +4,7 @@
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
 use allocation_counter::measure;
-use swath_tests::dice::{Dice, size};
+use swath_tests::dice::{Dice, measured, size};
 use swath_wire::codec;
 use swath_wire::fault::{Fault, FaultMessage};
 use swath_wire::header::{HEADER_BYTES, Header, Kind, Verb};
@@ -206,11 +206,11 @@ fn random_bytes_are_refused_and_change_nothing() {
     }
     bench.check_unchanged();
     assert!(live_bytes.abs() < 10_000, "{live_bytes} bytes");
-    println!(
-        "measured: {} random messages, half of them behind a header that is fine: no panic, no state changed, {live_bytes} \
+    measured(&format!(
+        "{} random messages, half of them behind a header that is fine: no panic, no state changed, {live_bytes} \
          bytes kept",
         2 * count
-    );
+    ));
 }
 
 #[test]
@@ -218,7 +218,7 @@ fn damaged_messages_are_refused_or_are_other_requests() {
     let mut dice = Dice::new(3);
     let mut bench = Bench::new();
     let mut refused = 0;
-    let count = size(50_000, 1_000_000);
+    let count = size(20_000, 1_000_000);
     for _ in 0..count {
         let place = usize::try_from(dice.below(bench.messages.len() as u64)).unwrap();
         let (verb, mut message) = bench.messages[place].clone();
@@ -250,9 +250,9 @@ fn damaged_messages_are_refused_or_are_other_requests() {
     }
     assert!(refused > count / 2, "{refused} of {count}");
     bench.check_unchanged();
-    println!(
-        "measured: {count} mutated messages: no panic; {refused} refused by name, no state changed; the others are requests"
-    );
+    measured(&format!(
+        "{count} mutated messages: no panic; {refused} refused by name, no state changed; the others are requests"
+    ));
 }
 
 /// Changes, adds or takes some bytes; most often so that the length is right all the same.

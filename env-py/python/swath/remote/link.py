@@ -95,7 +95,7 @@ class Link:
         }
         self._prefix = prefix
         self._lease_name = ""
-        self._lease: zenoh.LivelinessToken | None = None
+        self._lease: Any = None
         _open_links.add(self)
 
     def ask(self, verb: str, message: bytes, timeout_s: float | None = None) -> Answers:

@@ -266,6 +266,7 @@ impl World {
     /// # Panics
     ///
     /// If it is otherwise.
+    #[must_use]
     pub fn check(&self) -> Tally {
         let tally = &self.tally;
         assert!(self.clients.iter().all(|client| client.is_done && client.steps_left == 0));
