@@ -141,10 +141,14 @@ impl Hosted {
             return Err(Fault::TooLarge { size: longest, limit: limits.max_msg.into() });
         }
         let mut batch = batch_of(rows)?;
-        let teller = teller_of(&batch);
+        let mut teller = teller_of(&batch);
         if let Some(snapshot) = open.snapshot {
             batch.restore(snapshot).map_err(|error| bad(error.to_string()))?;
             check_weeds(&batch, teller.as_ref())?;
+            // What a client knows who held the snapshot: a session that is resumed tells what the lost one would have told.
+            if let Some(teller) = &mut teller {
+                teller.tell(batch.rows(), |_| true);
+            }
         }
         let columns = Columns::new(&batch);
         let (hash_every, max_msg) = (open.hash_every, limits.max_msg);

@@ -35,7 +35,25 @@ from swath.rollouts import work
 
 pytestmark = pytest.mark.skipif(not SERVER.exists(), reason="needs the server: `make server` builds it")
 
-FIELD = {"scenario": "cowbot-field", "seed": 5}
+FIELD: dict[str, object] = {"seed": 5}
+
+SMALL = """
+[pasture]
+length_m = 30.0
+width_m = 12.0
+[weeds]
+count = 8
+[episode]
+control_period_s = 0.5
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def field(tmp_path_factory):
+    """A pasture that is mowed within some hundred steps."""
+    path = tmp_path_factory.mktemp("field") / "small.toml"
+    path.write_text(SMALL)
+    FIELD["scenario"] = str(path)
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +144,7 @@ def test_rows_and_trajectories_are_those_of_the_same_agent_here(server, tmp_path
 @pytest.mark.parametrize("action", ["steer", "drive"])
 @pytest.mark.parametrize("agent", [name for name, *_ in _native.agents()])
 def test_a_crew_decides_the_same_for_mowers_on_a_server(server, agent, action):
-    scenario = _native.Scenario("cowbot-field", action={"kind": action})
+    scenario = _native.Scenario(FIELD["scenario"], action={"kind": action})
     here = _native.Batch(scenario, 3, "SameStep", 1, copy=True)
     far = RemoteBatch(scenario, 3, "SameStep", [server.endpoint] * 2, percept=True)
     live = np.ones(3, dtype=bool)
@@ -159,7 +177,7 @@ def test_a_crew_decides_the_same_for_mowers_on_a_server(server, agent, action):
 
 
 def test_a_crew_goes_on_from_a_restored_state(server):
-    scenario = _native.Scenario("cowbot-field", action={"kind": "drive"})
+    scenario = _native.Scenario(FIELD["scenario"], action={"kind": "drive"})
     here = _native.Batch(scenario, 2, "SameStep", 1, copy=True)
     far = RemoteBatch(scenario, 2, "SameStep", server.endpoint, percept=True)
     here.reset([1, 2])
@@ -188,12 +206,12 @@ def test_a_crew_needs_percepts(server):
 
 def start(server, out, *flags, policy="snake"):
     command = [sys.executable, "-m", "swath", "worker", "--connect", server.endpoint, "--policy", str(policy)]
-    command += ["--scenario", "cowbot-field", "--episodes", "24", "--seed", "5", "--out", str(out), *flags]
+    command += ["--scenario", str(FIELD["scenario"]), "--episodes", "24", "--seed", "5", "--out", str(out), *flags]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def finished(process):
-    out, error = process.communicate(timeout=25)
+    out, error = process.communicate(timeout=28)
     assert process.returncode == 0, error
     return out
 
@@ -208,7 +226,7 @@ def journal(out, shard="shard-1-of-1"):
 def test_a_worker_that_is_killed_goes_on_and_keeps_every_episode_once(server, whole, tmp_path):
     out = tmp_path / "sweep"
     last = -1
-    for _ in range(3):
+    for _ in range(2):
         process = start(server, out, "--num-envs", "3")
         while process.poll() is None and len(journal(out)) <= last + 2:
             time.sleep(0.002)
@@ -217,7 +235,7 @@ def test_a_worker_that_is_killed_goes_on_and_keeps_every_episode_once(server, wh
         assert process.returncode == -signal.SIGKILL, "it was killed in the middle"
         last = len(journal(out))
     assert last < 24
-    finished(start(server, out))
+    assert work("snake", connect=server.endpoint, out=out, episodes=24, **FIELD).played == 24 - last
     assert same(kept(out), kept(whole))
     instances = [json.loads(line)["instance"] for line in journal(out)]
     assert sorted(instances) == list(range(24))
@@ -230,7 +248,7 @@ def test_ctrl_c_says_how_to_go_on(server, tmp_path):
     while not journal(out):
         time.sleep(0.002)
     process.send_signal(signal.SIGINT)
-    _, error = process.communicate(timeout=25)
+    _, error = process.communicate(timeout=28)
     # A job that takes long has shown a bar before.
     assert error.splitlines()[-1] == "swath: stopped: the same command goes on from here"
     assert process.returncode == 130
@@ -240,7 +258,7 @@ def test_ctrl_c_says_how_to_go_on(server, tmp_path):
 def test_a_worker_that_has_nothing_left_to_do_needs_no_server(whole, capsys):
     before = (whole / "episodes.csv").read_bytes()
     command = ["worker", "--connect", f"tcp/127.0.0.1:{free_port()}", "--policy", "snake", "--json"]
-    command += ["--scenario", "cowbot-field", "--episodes", "24", "--seed", "5", "--out", str(whole)]
+    command += ["--scenario", str(FIELD["scenario"]), "--episodes", "24", "--seed", "5", "--out", str(whole)]
     assert main(command) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["played"], told["missing"], told["shard"]) == (0, 0, "1/1")
@@ -268,18 +286,22 @@ def test_a_merge_that_is_cut_off_is_made_again(whole, server, tmp_path, monkeypa
 
 def test_two_shards_make_the_sweep_of_one(server, whole, tmp_path):
     out = tmp_path / "sweep"
-    told = [finished(process) for process in [start(server, out, "--shard", f"{i}/2") for i in (1, 2)]]
-    assert any("wrote" in text for text in told)
-    one, other = kept(out), kept(whole)
-    assert same(one, other)
+    process = start(server, out, "--shard", "1/2")
+    here = work("snake", connect=server.endpoint, out=out, episodes=24, shard="2/2", **FIELD)
+    told = finished(process)
+    assert here.played == 12
+    assert (here.results is not None) or "wrote" in told
+    assert same(kept(out), kept(whole))
 
 
 def test_shards_of_two_machines_are_copied_together(server, whole, tmp_path, capsys):
     out, elsewhere = tmp_path / "sweep", tmp_path / "elsewhere"
     first = work("snake", connect=server.endpoint, out=out, episodes=24, shard="1/3", **FIELD)
     assert (first.played, first.missing, first.results) == (8, 16, None)
-    for number in (2, 3):
-        assert finished(start(server, elsewhere, "--shard", f"{number}/3")).startswith(f"shard {number}/3 is done; ")
+    assert finished(start(server, elsewhere, "--shard", "2/3")).startswith(
+        "shard 2/3 is done; 16 of 24 episodes are left"
+    )
+    work("snake", connect=server.endpoint, out=elsewhere, episodes=24, shard="3/3", **FIELD)
     shutil.copytree(elsewhere, out, dirs_exist_ok=True)
     joined = work("snake", connect=server.endpoint, out=out, episodes=24, shard="1/3", **FIELD)
     assert (joined.played, joined.missing) == (0, 0)
@@ -306,14 +328,29 @@ def test_a_server_that_starts_anew_ends_the_work_by_name_and_it_goes_on(own_serv
         time.sleep(0.002)
     own_server.end(how)
     own_server.start()
-    _, error = process.communicate(timeout=25)
+    _, error = process.communicate(timeout=28)
     assert process.returncode == 2
     last = error.splitlines()[-1]
     assert last.startswith("swath: ")
     assert last.endswith("; the same command goes on from here")
     before = len(journal(out))
     assert 0 < before < 24
-    finished(start(own_server, out))
+    assert work("snake", connect=own_server.endpoint, out=out, episodes=24, **FIELD).played == 24 - before
+    assert same(kept(out), kept(whole))
+
+
+def test_with_resume_the_work_goes_on_when_a_server_starts_anew(whole, tmp_path):
+    server, out = Server("--allow-snapshot"), tmp_path / "sweep"
+    try:
+        process = start(server, out, "--num-envs", "2", "--resume")
+        for count in (1, 5):
+            while process.poll() is None and len(journal(out)) < count:
+                time.sleep(0.002)
+            server.end(signal.SIGKILL)
+            server.start()
+        finished(process)
+    finally:
+        server.end(signal.SIGKILL)
     assert same(kept(out), kept(whole))
 
 
@@ -324,11 +361,11 @@ def train(out, observation, action):
     config = training.TrainingConfig.check(
         {
             "algorithm": "maskable-ppo" if action == "target" else "ppo",
-            "total_steps": 128,
+            "total_steps": 64,
             "num_envs": 4,
             "scenario": {
                 "pasture": {"length_m": 30.0, "width_m": 20.0},
-                "episode": {"budget": 0.2},
+                "episode": {"budget": 0.1},
                 "observation": {"kind": observation},
                 "action": {"kind": action},
             },
@@ -342,8 +379,8 @@ def train(out, observation, action):
 @pytest.mark.parametrize(("observation", "action"), [("features", "steer"), ("candidates", "target")])
 def test_a_trained_model_does_what_it_does_here_however_many_play_together(server, tmp_path, observation, action):
     model = train(tmp_path / "out", observation, action)
-    for name, num_envs in [("one", 5), ("other", 2)]:
-        work(str(model), connect=server.endpoint, out=tmp_path / name, episodes=5, seed=1, num_envs=num_envs)
+    for name, num_envs in [("one", 3), ("other", 2)]:
+        work(str(model), connect=server.endpoint, out=tmp_path / name, episodes=3, seed=1, num_envs=num_envs)
     policy = swath.training.load_policy(model)
     name = f"swath/{policy.card.algorithm}-model-v0"
     assert same(kept(tmp_path / "one", name), kept(tmp_path / "other", name))
@@ -416,7 +453,7 @@ def test_a_server_that_is_not_there_is_named_and_leaves_nothing(tmp_path, capsys
         ({"seed": 6}, "seed 5 instead of 6"),
         ({"episodes": 25}, "instances 24 instead of 25"),
         ({"policy": "jump"}, "agents ['snake'] instead of ['jump']"),
-        ({"scenario": "pasture"}, "scenario cowbot-field instead of pasture"),
+        ({"scenario": "pasture"}, "scenario small instead of pasture"),
     ],
 )
 def test_the_folder_of_another_sweep_is_refused_and_left_alone(server, whole, changes, what):

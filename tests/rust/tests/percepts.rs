@@ -39,6 +39,15 @@ fn scenario(kind: ActionKind) -> Scenario {
 }
 
 fn open(scenario: &ValidScenario, rows: usize, autoreset: AutoresetMode) -> Hosted {
+    opened(scenario, rows, autoreset, None)
+}
+
+fn opened(
+    scenario: &ValidScenario,
+    rows: usize,
+    autoreset: AutoresetMode,
+    snapshot: Option<&[u8]>,
+) -> Hosted {
     let open = Open {
         nonce: 1,
         env_id: ENV_ID.to_owned(),
@@ -46,7 +55,7 @@ fn open(scenario: &ValidScenario, rows: usize, autoreset: AutoresetMode) -> Host
         num_envs: u32::try_from(rows).unwrap(),
         autoreset,
         hash_every: 0,
-        snapshot: None,
+        snapshot,
         percept: true,
         client: String::new(),
     };
@@ -112,11 +121,17 @@ impl Twins {
 
     /// Steps both; returns which rows ended.
     fn step(&mut self, actions: &[f32]) -> Vec<bool> {
+        self.step_told(actions).0
+    }
+
+    /// The same, and the payload of the reply.
+    fn step_told(&mut self, actions: &[f32]) -> (Vec<bool>, Vec<u8>) {
         let mut columns = Columns::of(&self.batch);
         self.batch.step(Actions::Continuous(actions), columns.as_mut()).unwrap();
         let table = bytes_of(actions.iter().copied());
         let reply = ask(&mut self.hosted, Verb::Step, &Step { actions: vec![&table] }).unwrap();
         assert!(HEADER_BYTES + reply.len() <= self.max_reply);
+        let payload = reply.clone();
         let reply: StepReply = codec::read(&reply).unwrap();
         let percept = reply.percept.as_ref().unwrap();
         let has_ended: Vec<bool> = (0..ROWS).map(|row| columns.has_ended(row)).collect();
@@ -125,7 +140,7 @@ impl Twins {
         }
         read_percept(Some(percept), &mut self.mirrors).unwrap();
         self.check();
-        has_ended
+        (has_ended, payload)
     }
 }
 
@@ -339,6 +354,32 @@ fn more_weeds_than_percepts_have_room_for_are_refused_and_nothing_changes() {
     let restore = Restore { env: Some(0), data: &env.snapshot() };
     assert_eq!(ask(&mut hosted, Verb::Restore, &restore).unwrap_err().to_string(), text);
     assert_eq!(state(&mut hosted), before);
+}
+
+/// So that a client may compare replies when its session is resumed at another server.
+#[test]
+fn a_session_opened_from_a_snapshot_tells_what_the_lost_one_would_have_told() {
+    for (autoreset, remote) in [
+        (Autoreset::NextStep, AutoresetMode::NextStep),
+        (Autoreset::SameStep, AutoresetMode::SameStep),
+    ] {
+        let mut scenario = scenario(ActionKind::Steer);
+        scenario.episode.budget = 0.02;
+        let scenario = scenario.check().unwrap();
+        let mut twins = Twins::new(&scenario, autoreset, remote);
+        twins.reset(4);
+        let mut resumed = opened(&scenario, ROWS, remote, Some(&twins.batch.snapshot()));
+        for step in 0..120 {
+            if step % 9 == 0 {
+                resumed = opened(&scenario, ROWS, remote, Some(&twins.batch.snapshot()));
+            }
+            let actions: Vec<f32> =
+                (0..ROWS).map(|row| ((step * (row + 2)) as f32).sin()).collect();
+            let table = bytes_of(actions.iter().copied());
+            let told = ask(&mut resumed, Verb::Step, &Step { actions: vec![&table] }).unwrap();
+            assert_eq!(told, twins.step_told(&actions).1, "step {step}");
+        }
+    }
 }
 
 type Change = fn(&mut News);

@@ -39,6 +39,9 @@ def worker(
     deadline_s: Annotated[
         float, typer.Option(help="How long a server may be silent before it counts as gone, seconds.")
     ] = 60.0,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on at once when a server that sends snapshots was started anew.")
+    ] = False,
     tls_ca: TlsCa = None,
     tls_certificate: TlsCertificate = None,
     tls_key: TlsKey = None,
@@ -65,6 +68,7 @@ def worker(
             shard=shard,
             server=server,
             deadline_s=deadline_s,
+            resume=resume,
             zenoh=tls_from(tls_ca, tls_certificate, tls_key),
             progress=True,
             observation=None if observation is None else {"kind": observation},

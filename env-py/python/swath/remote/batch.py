@@ -63,9 +63,6 @@ class RemoteBatch:
         if not 1 <= len(endpoints) <= num_envs:
             text = f"`connect` must name from 1 to {num_envs} servers, no more than environments, got {connect!r}"
             raise ConfigError(text)
-        if resume and percept:
-            text = "`resume` must be False where percepts are told, since these say what is new since the last reply"
-            raise ConfigError(text)
         share, rest = divmod(num_envs, len(endpoints))
         rows = [share + (part < rest) for part in range(len(endpoints))]
         self._start_s = time.monotonic()

@@ -69,6 +69,7 @@ def work(
     shard: str = "1/1",
     server: str = "default",
     deadline_s: float = 60.0,
+    resume: bool = False,
     zenoh: dict[str, object] | None = None,
     progress: bool = False,
     **blocks: Unpack[Blocks],
@@ -99,6 +100,8 @@ def work(
         shard: Which part of the sweep to play, `I/N`: episodes I - 1, I - 1 + N, and so on.
         server: The name that the servers were started with.
         deadline_s: How long a server is asked the same before it counts as gone, seconds.
+        resume: Whether to go on at once when a server was started anew, as `swath.remote.make_vec` does: the server has
+            to run with `--allow-snapshot`. Otherwise the work ends there, and the same call goes on.
         zenoh: Further settings of Zenoh by their path, such as those of `transport/link/tls`.
         progress: Whether a bar on stderr tells how far it is.
         **blocks: Blocks of the scenario, laid over it key by key.
@@ -138,6 +141,7 @@ def work(
             server=server,
             percept=isinstance(driver, ScriptedDriver),
             deadline_s=deadline_s,
+            resume=resume,
             client=f"worker {label} {part}",
             zenoh=zenoh,
         )
