@@ -3,7 +3,6 @@
 | module | what it is |
 |---|---|
 | `sweep` | what is to be played, by whom, and which part of it |
-| `policy` | who drives: scripted agents, trained policies, chance |
 | `trajectory` | one episode as a file |
 | `store` | the folder: what is there already, what is written next |
 | `merge` | the rows and trajectories of all shards as results and a dataset |
