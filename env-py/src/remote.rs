@@ -265,6 +265,12 @@ impl RemoteBatch {
         self.parts.iter().map(|part| part.session.resumed()).sum()
     }
 
+    /// Why a session, which goes on, can no longer be resumed; none if each can.
+    #[getter]
+    fn gap(&self) -> Option<String> {
+        self.parts.iter().find_map(|part| part.session.gap()).map(ToString::to_string)
+    }
+
     /// Asks every server what it is.
     fn begin_spec(&mut self, now_ms: u64) -> Result<(), Error> {
         for part in &mut self.parts {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import time
+import warnings
 from typing import TYPE_CHECKING
 
 from swath import _native
@@ -80,6 +81,8 @@ class RemoteBatch:
             jitter_seed=secrets.randbits(64),
             hash_every=whole("hash_every", hash_every, least=1, most=_MOST_HASH_EVERY) if resume else None,
         )
+        # Nobody has been told yet that it no longer can.
+        self._can_resume = resume
         self._links: list[Link] = []
         # What was asked last of each server, if more answers may come.
         self._asked: dict[int, Answers] = {}
@@ -212,6 +215,10 @@ class RemoteBatch:
             raise
         finally:
             self._hold_leases()
+        if self._can_resume and self._core.gap is not None:
+            self._can_resume = False
+            text = f"`resume` holds no longer: a server refused a further snapshot: {self._core.gap}"
+            warnings.warn(text, RuntimeWarning, stacklevel=4)
         return finish()
 
     def _why_silent(self) -> str:
