@@ -43,7 +43,7 @@ use crate::scenario::Scenario;
 use crate::seed::{Seed, seeds_of_rows};
 use crate::spec::{self, ActionForm, PartTuple};
 use crate::summary::write_numbers;
-use crate::weeds::weeds_of_rows;
+use crate::weeds::{field_of, weeds_of_rows};
 use part::{Part, replies, settled};
 use perception::Perception;
 
@@ -347,7 +347,15 @@ impl RemoteBatch {
         let has_begun = |row: usize| self.states[row] != State::Unstarted;
         let seeds = seeds_of_rows(seeds, &mask, first_seed, has_begun)?;
         let bytes = |points: Vec<Point>| bytes_of(points.iter().flat_map(|at| [at.x, at.y]));
-        let weeds: Vec<Option<Vec<u8>>> = weeds_of_rows(weeds, self.template.rows()[0].site())?
+        let weeds = weeds_of_rows(weeds, self.template.rows()[0].site())?;
+        // Refused here, so that no server has begun an episode when another refuses.
+        if let Some(perception) = &self.perception {
+            for (row, points) in weeds.iter().enumerate() {
+                let count = points.as_ref().map_or(0, Vec::len);
+                perception.check_weeds(&field_of(row, weeds.len()), count)?;
+            }
+        }
+        let weeds: Vec<Option<Vec<u8>>> = weeds
             .into_iter()
             .map(|points| points.map(bytes))
             .collect();
@@ -485,9 +493,14 @@ impl RemoteBatch {
             None => split(snapshot, self.rows)?,
         };
         let mut ended = Vec::with_capacity(rows.len());
-        for row in &rows {
-            self.template.restore_row(0, row)?;
-            ended.push(self.template.rows()[0].end());
+        for (place, snapshot) in rows.iter().enumerate() {
+            self.template.restore_row(0, snapshot)?;
+            let env = &self.template.rows()[0];
+            if let Some(perception) = &self.perception {
+                let field = format!("snapshot[{}]", row.unwrap_or(place));
+                perception.check_weeds(&field, env.weeds().positions().len())?;
+            }
+            ended.push(env.end());
         }
         let state = |end| match end {
             None => State::Unstarted,
