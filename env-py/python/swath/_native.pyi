@@ -81,7 +81,14 @@ class Env:
 @final
 class Batch:
     def __new__(
-        cls, scenario: Scenario, num_envs: int, autoreset_mode: str, num_threads: int, *, copy: bool
+        cls,
+        scenario: Scenario,
+        num_envs: int,
+        autoreset_mode: str,
+        num_threads: int,
+        *,
+        copy: bool,
+        infos: bool = True,
     ) -> Self: ...
     @property
     def action_masks(self) -> npt.NDArray[np.bool_]: ...
