@@ -26,7 +26,7 @@ HERE = ["127.0.0.1", "localhost"]
 def main() -> int:
     """Writes the files and returns the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("names", nargs="*", metavar="NAME", help="common name of a client; a file is called by its name")
+    parser.add_argument("names", nargs="*", metavar="NAME", help="common name of a client, and of its files")
     parser.add_argument(
         "--listener",
         action="append",
