@@ -355,10 +355,8 @@ impl RemoteBatch {
                 perception.check_weeds(&field_of(row, weeds.len()), count)?;
             }
         }
-        let weeds: Vec<Option<Vec<u8>>> = weeds
-            .into_iter()
-            .map(|points| points.map(bytes))
-            .collect();
+        let weeds: Vec<Option<Vec<u8>>> =
+            weeds.into_iter().map(|points| points.map(bytes)).collect();
         let is_in_doubt = settled(&self.parts).is_err();
         for part in &mut self.parts {
             let rows = part.first..part.first + part.rows;

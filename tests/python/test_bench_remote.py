@@ -1,5 +1,7 @@
 """What `make bench-remote` says is what was measured, and what was not is said too."""
 
+import pickle
+
 import gymnasium as gym
 import numpy as np
 import pytest
@@ -69,6 +71,8 @@ def test_a_pair_tells_the_same_here_and_on_a_server_to_the_last_info(kind):
     assert same(alone.step(action[0]), here[1].step(action[0]))
     assert same(told[:4], usual.step(action)[:4])
     assert bool(told[4]) == kind.infos
+    twin = pickle.loads(pickle.dumps(here[0]._batch))
+    assert same(twin.step(action), here[0].step(action))
     for env in (far, alone):
         env.close()
     server.end()

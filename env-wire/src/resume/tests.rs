@@ -34,7 +34,14 @@ struct Adder {
 
 impl Adder {
     fn new(boot_id: u128) -> Self {
-        Self { boot_id, sum: 0, allows_snapshots: true, most_snapshots: usize::MAX, snapshots: 0, replayed: 0 }
+        Self {
+            boot_id,
+            sum: 0,
+            allows_snapshots: true,
+            most_snapshots: usize::MAX,
+            snapshots: 0,
+            replayed: 0,
+        }
     }
 
     fn answer(&mut self, message: &[u8]) -> Vec<u8> {
