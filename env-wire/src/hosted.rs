@@ -5,9 +5,11 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 use swath_core::action::{ActionError, ActionSpec};
-use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchError, BatchOptions, Last, StepMut};
+use swath_core::batch::{
+    Actions, Autoreset, BatchEnv, BatchError, BatchOptions, Last, StepMut, split,
+};
 use swath_core::config::{Document, ValidScenario};
-use swath_core::env::{Beginning, Env};
+use swath_core::env::{Beginning, Env, SnapshotError, weeds_in};
 use swath_core::geometry::Point;
 use swath_core::grid::Grid;
 use swath_core::observation::Observation;
@@ -58,6 +60,8 @@ pub struct Hosted {
     steps: u64,
     max_msg: u32,
     max_weeds: u64,
+    /// Of each environment, the most weeds that it has had or will draw: it keeps the memory for them.
+    weeds: Vec<u64>,
 }
 
 /// What a step writes.
@@ -93,8 +97,7 @@ impl Hosted {
     /// # Errors
     ///
     /// [`Fault::BadConfig`] if the scenario or the snapshot cannot be used or the environments are too many or too large,
-    /// [`Fault::TooLarge`] if a reply would not fit into
-    /// a message or there are too many environments.
+    /// [`Fault::TooLarge`] if a reply would not fit into a message.
     pub fn open_within(
         open: &Open,
         limits: &Limits,
@@ -142,11 +145,16 @@ impl Hosted {
         if longest > limits.max_msg.into() {
             return Err(Fault::TooLarge { size: longest, limit: limits.max_msg.into() });
         }
+        let mut weeds = vec![most_weeds(&scenario) as u64; rows];
+        if let Some(snapshot) = open.snapshot {
+            let most = open.percept.then(|| most_weeds(&scenario) as u64);
+            weeds = most_of(&weeds, weeds_of_rows(snapshot, rows, most)?);
+            check_weeds("snapshot", &weeds, bounds.max_weeds)?;
+        }
         let mut batch = batch_of(rows)?;
         let mut teller = teller_of(&batch);
         if let Some(snapshot) = open.snapshot {
             batch.restore(snapshot).map_err(|error| bad(error.to_string()))?;
-            check_weeds(&batch, teller.as_ref())?;
             // What a client knows who held the snapshot: a session that is resumed tells what the lost one would have told.
             if let Some(teller) = &mut teller {
                 teller.tell(batch.rows(), |_| true);
@@ -167,6 +175,7 @@ impl Hosted {
             steps: 0,
             max_msg,
             max_weeds: bounds.max_weeds,
+            weeds,
         })
     }
 
@@ -291,20 +300,22 @@ impl Hosted {
                     "`weeds[{row}]` must stand on the pasture, got [{x}, {y}]"
                 )));
             }
-            if let Some(teller) = &self.teller {
-                teller.check_weeds(row, points.len())?;
+            if let Some(most) = self.most_weeds()
+                && points.len() as u64 > most
+            {
+                let got = points.len();
+                return Err(bad(format!(
+                    "`weeds[{row}]` must be at most {most} with `percept`, got {got}"
+                )));
             }
             weeds.push(Some(points.iter().map(|&[x, y]| Point::new(x, y)).collect()));
         }
         let given = |row: usize| weeds.get(row).or(weeds.first()).and_then(Option::as_deref);
         let begun = || (0..rows).filter(|&row| mask[row]);
-        let given_weeds: u64 = begun().map(|row| given(row).map_or(0, <[_]>::len) as u64).sum();
-        if given_weeds > self.max_weeds {
-            let most = self.max_weeds;
-            return Err(bad(format!(
-                "`weeds` must be at most {most} in all environments of a session together, got {given_weeds}"
-            )));
-        }
+        let of_row = |row: usize| if mask[row] { given(row).map_or(0, <[_]>::len) } else { 0 };
+        let all_weeds = most_of(&self.weeds, (0..rows).map(|row| of_row(row) as u64));
+        check_weeds("weeds", &all_weeds, self.max_weeds)?;
+        self.weeds = all_weeds;
         for row in begun() {
             self.batch.reset_row(row, seeds[row], Beginning { weeds: given(row), start: None });
         }
@@ -314,22 +325,26 @@ impl Hosted {
     fn restore(&mut self, reply: &Header, restore: &Restore) -> Result<Vec<u8>, Fault> {
         let bad = |text: String| Fault::BadConfig { text };
         let rows = self.batch.rows().len();
-        let before = self.teller.as_ref().map(|_| self.batch.snapshot());
-        match restore.env {
-            None => self.batch.restore(restore.data).map_err(|error| bad(error.to_string()))?,
-            Some(row) if (row as usize) < rows => self
-                .batch
-                .restore_row(row as usize, restore.data)
-                .map_err(|error| bad(error.to_string()))?,
-            Some(row) => {
-                return Err(bad(format!("`row` must be from 0 to {}, got {row}", rows - 1)));
+        let most = self.most_weeds();
+        let weeds = match restore.env {
+            None => weeds_of_rows(restore.data, rows, most)?,
+            Some(row) if (row as usize) < rows => {
+                let mut weeds = vec![0; rows];
+                weeds[row as usize] = weeds_of(restore.data, row as usize, most)?;
+                weeds
             }
+            Some(row) => {
+                return Err(bad(format!("`env` must be from 0 to {}, got {row}", rows - 1)));
+            }
+        };
+        let weeds = most_of(&self.weeds, weeds);
+        check_weeds("snapshot", &weeds, self.max_weeds)?;
+        match restore.env {
+            None => self.batch.restore(restore.data),
+            Some(row) => self.batch.restore_row(row as usize, restore.data),
         }
-        if let Err(fault) = check_weeds(&self.batch, self.teller.as_ref()) {
-            let before = before.expect("there is a teller that has refused it");
-            self.batch.restore(&before).expect("it is the batch's own");
-            return Err(fault);
-        }
+        .map_err(|error| bad(error.to_string()))?;
+        self.weeds = weeds;
         let begun: Vec<bool> = (0..rows).map(|row| self.batch.has_begun(row)).collect();
         self.present(reply, &begun)
     }
@@ -374,7 +389,7 @@ impl Hosted {
         let data = match snapshot.env {
             None => self.batch.snapshot(),
             Some(row) => rows.get(row as usize).map(Env::snapshot).ok_or_else(|| {
-                let text = format!("`row` must be from 0 to {}, got {row}", rows.len() - 1);
+                let text = format!("`env` must be from 0 to {}, got {row}", rows.len() - 1);
                 Fault::BadConfig { text }
             })?,
         };
@@ -399,6 +414,11 @@ impl Hosted {
         self.requests = self.requests.wrapping_add(1);
         let is_due = self.hash_every > 0 && self.requests.is_multiple_of(self.hash_every);
         is_due.then(|| state_hash(&self.batch))
+    }
+
+    /// Most weeds that an environment may have, where there are percepts.
+    fn most_weeds(&self) -> Option<u64> {
+        self.teller.as_ref().map(Teller::most_weeds)
     }
 
     fn final_observation(&self, done: &[usize]) -> Vec<Vec<u8>> {
@@ -458,11 +478,46 @@ fn most_weeds(scenario: &ValidScenario) -> usize {
     weeds.positions_m.as_ref().map_or(weeds.count as usize, Vec::len)
 }
 
-/// Whether no row has more weeds than percepts have room for.
-fn check_weeds(batch: &BatchEnv, teller: Option<&Teller>) -> Result<(), Fault> {
-    let Some(teller) = teller else { return Ok(()) };
-    let check = |(row, env): (usize, &Env)| teller.check_weeds(row, env.weeds().positions().len());
-    batch.rows().iter().enumerate().try_for_each(check)
+/// Of each row the larger number.
+fn most_of(weeds: &[u64], others: impl IntoIterator<Item = u64>) -> Vec<u64> {
+    weeds.iter().zip(others).map(|(&weeds, other)| weeds.max(other)).collect()
+}
+
+/// Whether the weeds of all rows are few enough together.
+fn check_weeds(field: &str, weeds: &[u64], most: u64) -> Result<(), Fault> {
+    let got = weeds.iter().fold(0_u64, |sum, &weeds| sum.saturating_add(weeds));
+    if got <= most {
+        return Ok(());
+    }
+    let text = format!(
+        "`{field}` must leave at most {most} weeds in all environments of a session together, each counted with the most \
+         that it has had, got {got}"
+    );
+    Err(Fault::BadConfig { text })
+}
+
+/// Number of weeds in the snapshot of a row, of which it may have `most` where there are percepts.
+fn weeds_of(snapshot: &[u8], row: usize, most: Option<u64>) -> Result<u64, Fault> {
+    let weeds = weeds_in(snapshot).map_err(bad_snapshot)?;
+    match most {
+        Some(most) if weeds > most => {
+            let text = format!(
+                "`snapshot` must have at most {most} weeds in environment {row} with `percept`, got {weeds}"
+            );
+            Err(Fault::BadConfig { text })
+        }
+        _ => Ok(weeds),
+    }
+}
+
+/// The same of every row of a batch.
+fn weeds_of_rows(snapshot: &[u8], rows: usize, most: Option<u64>) -> Result<Vec<u64>, Fault> {
+    let snapshots = split(snapshot, rows).map_err(bad_snapshot)?;
+    snapshots.iter().enumerate().map(|(row, snapshot)| weeds_of(snapshot, row, most)).collect()
+}
+
+fn bad_snapshot(error: SnapshotError) -> Fault {
+    Fault::BadConfig { text: error.to_string() }
 }
 
 /// Longest reply to a step of so many environments, bytes.

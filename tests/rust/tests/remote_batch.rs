@@ -269,10 +269,59 @@ fn environments_that_are_too_large_together_are_refused_before_they_are_built() 
     let fault = ask_for(&mut hosted, &reset).unwrap_err();
     assert_eq!(
         fault.to_string(),
-        "`weeds` must be at most 200 in all environments of a session together, got 205"
+        "`weeds` must leave at most 200 weeds in all environments of a session together, each counted with the most \
+         that it has had, got 205"
     );
     let one = Reset { mask: &[1, 0, 0, 0, 0], ..reset };
     assert!(matches!(ask_for(&mut hosted, &one), Err(Fault::NotReset { env: 1, .. })));
+}
+
+#[test]
+fn weeds_do_not_pile_up_over_resets_of_a_part_nor_restores_nor_opens() {
+    let mut scenario = scenario(ActionKind::Steer, ObservationKind::Features);
+    scenario.weeds.count = 4;
+    let open = open(&scenario, AutoresetMode::NextStep);
+    let bounds = Bounds { max_cells: 1 << 28, max_weeds: 60 };
+    let opened = |open: &Open, bounds| Hosted::open_within(open, &Limits::default(), bounds, 1);
+    let mut hosted = opened(&open, bounds).unwrap();
+    let all = Reset { seeds: Seeds::One(1), mask: &[], weeds: Vec::new() };
+    ask_for(&mut hosted, &all).unwrap();
+    // 40 in one environment and 4 in each of the others; then 40 in a second one.
+    let table = bytes_of([1.0; 2 * 40]);
+    let one = |mask| Reset { mask, weeds: vec![Some(&table)], ..all.clone() };
+    ask_for(&mut hosted, &one(&[1, 0, 0, 0, 0])).unwrap();
+    let before = state_of(&mut hosted, None);
+    let refused = |result: Result<Vec<u8>, Fault>, field: &str| {
+        let text = format!(
+            "`{field}` must leave at most 60 weeds in all environments of a session together, each counted with the \
+             most that it has had, got 92"
+        );
+        assert_eq!(result.unwrap_err().to_string(), text);
+    };
+    refused(ask_for(&mut hosted, &one(&[0, 1, 0, 0, 0])), "weeds");
+    // So it is with one row's snapshot, restored into another, and with all rows at once.
+    let row = state_of(&mut hosted, Some(0));
+    let second = Restore { env: Some(1), data: &row };
+    refused(ask(&mut hosted, Verb::Restore, &second), "snapshot");
+    let mut wide = opened(&open, Bounds { max_weeds: 92, ..bounds }).unwrap();
+    ask_for(&mut wide, &all).unwrap();
+    ask_for(&mut wide, &one(&[1, 1, 0, 0, 0])).unwrap();
+    let snapshot = state_of(&mut wide, None);
+    let whole = Restore { env: None, data: &snapshot };
+    refused(ask(&mut hosted, Verb::Restore, &whole), "snapshot");
+    assert_eq!(state_of(&mut hosted, None), before);
+    let begun = Open { snapshot: Some(&snapshot), ..open };
+    refused(opened(&begun, bounds).map(|_| Vec::new()), "snapshot");
+    assert!(opened(&begun, Bounds { max_weeds: 92, ..bounds }).is_ok());
+    // What has held many weeds keeps the memory for them.
+    ask_for(&mut hosted, &all).unwrap();
+    refused(ask_for(&mut hosted, &one(&[0, 1, 0, 0, 0])), "weeds");
+    ask_for(&mut hosted, &one(&[1, 0, 0, 0, 0])).unwrap();
+}
+
+fn state_of(hosted: &mut Hosted, env: Option<u32>) -> Vec<u8> {
+    let reply = ask(hosted, Verb::Snapshot, &Snapshot { env }).unwrap();
+    codec::read::<SnapshotReply>(&reply).unwrap().data.to_vec()
 }
 
 fn ask_for(hosted: &mut Hosted, reset: &Reset) -> Result<Vec<u8>, Fault> {
@@ -301,7 +350,11 @@ fn a_refused_request_leaves_every_environment_as_it_was() {
         (ask(&mut hosted, Verb::Reset, &Reset { mask: &[1, 0], ..reset.clone() }), "not a request"),
         (
             ask(&mut hosted, Verb::Restore, &Restore { env: Some(7), data: b"" }),
-            "`row` must be from 0 to 4, got 7",
+            "`env` must be from 0 to 4, got 7",
+        ),
+        (
+            ask(&mut hosted, Verb::Snapshot, &Snapshot { env: Some(5) }),
+            "`env` must be from 0 to 4, got 5",
         ),
         (
             ask(&mut hosted, Verb::Restore, &Restore { env: None, data: b"x" }),
