@@ -61,8 +61,8 @@ const ON_THE_WAY: Duration = Duration::from_millis(100);
 const STEP_BACK: Duration = Duration::from_millis(4);
 
 impl Front {
-    /// Declares the keys of the server `name`, which nobody else may have, here or where `to_ask` leads; what arrives at them goes to `events`, as long as not more than `most`
-    /// bytes wait there.
+    /// Declares the keys of the server `name`, which nobody else may have, here or where `to_ask` leads; what arrives at
+    /// them goes to `events`, as long as not more than `most` bytes wait there.
     ///
     /// # Errors
     ///
