@@ -10,6 +10,7 @@ use swath_wire::fault::Fault;
 use swath_wire::header::Verb;
 use swath_wire::hosted::{ENV_ID, Hosted};
 use swath_wire::message::EnvInfo;
+use swath_wire::room::Room;
 use swath_wire::server::{QueryId, ServerOptions, ServerOutput, ServerSessions};
 use zenoh::query::Query;
 
@@ -104,8 +105,8 @@ impl Server {
         let (config, most) = (settings(&options)?, options.max_waiting);
         let to_ask = settings_to_ask(&options)?;
         let front = Front::open(config, to_ask, &options.name, boot_id, most, &events_in)?;
-        let workers =
-            worker::start(options.workers, options.limits, options.bounds, tasks_out, &events_in);
+        let room = Room::new(options.bounds, options.all_bounds);
+        let workers = worker::start(options.workers, options.limits, &room, tasks_out, &events_in);
         let schema = serde_json::to_string(&config::schema()).expect("a schema is JSON");
         let envs =
             vec![EnvInfo { id: ENV_ID.to_owned(), config_schema: schema, autoreset: EVERY_MODE }];

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::path::Path;
+use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 use swath_core::action::{ActionError, ActionSpec};
@@ -25,24 +26,10 @@ use crate::message::{
 };
 use crate::numbers::{self, bytes_in, bytes_of};
 use crate::percept::{Tables, Teller};
+use crate::room::{Bounds, Place, Room, Size};
 
 /// The scenarios that can be opened.
 pub const ENV_ID: &str = "swath/MowerRouting-v0";
-
-/// How large the environments of a session may be, all of them together: what they take of the server's memory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Bounds {
-    /// Cells of their pastures, each a square metre.
-    pub max_cells: u64,
-    /// Their weeds.
-    pub max_weeds: u64,
-}
-
-impl Default for Bounds {
-    fn default() -> Self {
-        Self { max_cells: 1 << 28, max_weeds: 1 << 22 }
-    }
-}
 
 /// A batch of environments that is stepped by messages.
 #[derive(Debug)]
@@ -59,7 +46,7 @@ pub struct Hosted {
     requests: u32,
     steps: u64,
     max_msg: u32,
-    max_weeds: u64,
+    place: Place,
     /// Of each environment, the most weeds that it has had or will draw: it keeps the memory for them.
     weeds: Vec<u64>,
 }
@@ -80,13 +67,14 @@ struct Columns {
 }
 
 impl Hosted {
-    /// The batch that a client asks for, within the usual bounds; see [`Self::open_within`].
+    /// The batch that a client asks for, in a room of its own with the usual bounds; see [`Self::open_in`].
     ///
     /// # Errors
     ///
-    /// Those of [`Self::open_within`].
+    /// Those of [`Self::open_in`].
     pub fn open(open: &Open, limits: &Limits, threads: usize) -> Result<Self, Fault> {
-        Self::open_within(open, limits, Bounds::default(), threads)
+        let room = Room::new(Bounds::OF_SESSION, Bounds::OF_ALL);
+        Self::open_in(open, limits, &room, threads)
     }
 
     /// The batch that a client asks for, stepped by `threads` threads at most.
@@ -97,11 +85,11 @@ impl Hosted {
     /// # Errors
     ///
     /// [`Fault::BadConfig`] if the scenario or the snapshot cannot be used or the environments are too many or too large,
-    /// [`Fault::TooLarge`] if a reply would not fit into a message.
-    pub fn open_within(
+    /// [`Fault::TooLarge`] if a reply would not fit into a message, [`Fault::Capacity`] if the room is taken by others.
+    pub fn open_in(
         open: &Open,
         limits: &Limits,
-        bounds: Bounds,
+        room: &Arc<Room>,
         threads: usize,
     ) -> Result<Self, Fault> {
         let bad = |text: String| Fault::BadConfig { text };
@@ -132,7 +120,15 @@ impl Hosted {
             AutoresetMode::SameStep => Autoreset::SameStep,
             AutoresetMode::Disabled => Autoreset::Disabled,
         };
-        check_size(&scenario, rows as u64, bounds)?;
+        let cells = check_size(&scenario, rows as u64, open.percept, room.session())?;
+        let mut weeds = vec![most_weeds(&scenario) as u64; rows];
+        if let Some(snapshot) = open.snapshot {
+            let most = open.percept.then(|| most_weeds(&scenario) as u64);
+            weeds = most_of(&weeds, weeds_of_rows(snapshot, rows, most)?);
+        }
+        let mut place = room.place();
+        let all_weeds = check_weeds("snapshot", &weeds, room.session())?;
+        place.resize(Size { cells, weeds: all_weeds })?;
         let batch_of = |rows| {
             BatchEnv::new(&scenario, BatchOptions { rows, autoreset, threads })
                 .map_err(|error| bad(error.to_string()))
@@ -144,12 +140,6 @@ impl Hosted {
         let longest = longest_reply(&layout, rows, teller_of(&one).as_ref()) as u64;
         if longest > limits.max_msg.into() {
             return Err(Fault::TooLarge { size: longest, limit: limits.max_msg.into() });
-        }
-        let mut weeds = vec![most_weeds(&scenario) as u64; rows];
-        if let Some(snapshot) = open.snapshot {
-            let most = open.percept.then(|| most_weeds(&scenario) as u64);
-            weeds = most_of(&weeds, weeds_of_rows(snapshot, rows, most)?);
-            check_weeds("snapshot", &weeds, bounds.max_weeds)?;
         }
         let mut batch = batch_of(rows)?;
         let mut teller = teller_of(&batch);
@@ -174,7 +164,7 @@ impl Hosted {
             requests: 0,
             steps: 0,
             max_msg,
-            max_weeds: bounds.max_weeds,
+            place,
             weeds,
         })
     }
@@ -314,8 +304,7 @@ impl Hosted {
         let begun = || (0..rows).filter(|&row| mask[row]);
         let of_row = |row: usize| if mask[row] { given(row).map_or(0, <[_]>::len) } else { 0 };
         let all_weeds = most_of(&self.weeds, (0..rows).map(|row| of_row(row) as u64));
-        check_weeds("weeds", &all_weeds, self.max_weeds)?;
-        self.weeds = all_weeds;
+        self.make_room("weeds", all_weeds)?;
         for row in begun() {
             self.batch.reset_row(row, seeds[row], Beginning { weeds: given(row), start: None });
         }
@@ -338,13 +327,16 @@ impl Hosted {
             }
         };
         let weeds = most_of(&self.weeds, weeds);
-        check_weeds("snapshot", &weeds, self.max_weeds)?;
-        match restore.env {
+        let before = self.weeds.clone();
+        self.make_room("snapshot", weeds)?;
+        let restored = match restore.env {
             None => self.batch.restore(restore.data),
             Some(row) => self.batch.restore_row(row as usize, restore.data),
+        };
+        if let Err(error) = restored {
+            self.make_room("snapshot", before).expect("there was room for as much before");
+            return Err(bad_snapshot(&error));
         }
-        .map_err(|error| bad(error.to_string()))?;
-        self.weeds = weeds;
         let begun: Vec<bool> = (0..rows).map(|row| self.batch.has_begun(row)).collect();
         self.present(reply, &begun)
     }
@@ -416,6 +408,14 @@ impl Hosted {
         is_due.then(|| state_hash(&self.batch))
     }
 
+    /// Counts so many weeds of each environment, if there is room for them.
+    fn make_room(&mut self, field: &str, weeds: Vec<u64>) -> Result<(), Fault> {
+        let all = check_weeds(field, &weeds, self.place.session())?;
+        self.place.resize(Size { weeds: all, ..self.place.size() })?;
+        self.weeds = weeds;
+        Ok(())
+    }
+
     /// Most weeds that an environment may have, where there are percepts.
     fn most_weeds(&self) -> Option<u64> {
         self.teller.as_ref().map(Teller::most_weeds)
@@ -483,11 +483,12 @@ fn most_of(weeds: &[u64], others: impl IntoIterator<Item = u64>) -> Vec<u64> {
     weeds.iter().zip(others).map(|(&weeds, other)| weeds.max(other)).collect()
 }
 
-/// Whether the weeds of all rows are few enough together.
-fn check_weeds(field: &str, weeds: &[u64], most: u64) -> Result<(), Fault> {
+/// The weeds of all rows together, if they are few enough.
+fn check_weeds(field: &str, weeds: &[u64], bounds: Bounds) -> Result<u64, Fault> {
     let got = weeds.iter().fold(0_u64, |sum, &weeds| sum.saturating_add(weeds));
+    let most = bounds.max_weeds;
     if got <= most {
-        return Ok(());
+        return Ok(got);
     }
     let text = format!(
         "`{field}` must leave at most {most} weeds in all environments of a session together, each counted with the most \
@@ -498,7 +499,7 @@ fn check_weeds(field: &str, weeds: &[u64], most: u64) -> Result<(), Fault> {
 
 /// Number of weeds in the snapshot of a row, of which it may have `most` where there are percepts.
 fn weeds_of(snapshot: &[u8], row: usize, most: Option<u64>) -> Result<u64, Fault> {
-    let weeds = weeds_in(snapshot).map_err(bad_snapshot)?;
+    let weeds = weeds_in(snapshot).map_err(|error| bad_snapshot(&error))?;
     match most {
         Some(most) if weeds > most => {
             let text = format!(
@@ -512,11 +513,11 @@ fn weeds_of(snapshot: &[u8], row: usize, most: Option<u64>) -> Result<u64, Fault
 
 /// The same of every row of a batch.
 fn weeds_of_rows(snapshot: &[u8], rows: usize, most: Option<u64>) -> Result<Vec<u64>, Fault> {
-    let snapshots = split(snapshot, rows).map_err(bad_snapshot)?;
+    let snapshots = split(snapshot, rows).map_err(|error| bad_snapshot(&error))?;
     snapshots.iter().enumerate().map(|(row, snapshot)| weeds_of(snapshot, row, most)).collect()
 }
 
-fn bad_snapshot(error: SnapshotError) -> Fault {
+fn bad_snapshot(error: &SnapshotError) -> Fault {
     Fault::BadConfig { text: error.to_string() }
 }
 
@@ -532,16 +533,25 @@ pub fn state_hash(batch: &BatchEnv) -> [u8; 16] {
     std::array::from_fn(|i| hash[i])
 }
 
-/// Refuses environments that together are larger than the server takes on.
-fn check_size(scenario: &ValidScenario, rows: u64, bounds: Bounds) -> Result<(), Fault> {
+/// Cells of so many environments, unless they are larger together than a session's may be.
+fn check_size(
+    scenario: &ValidScenario,
+    rows: u64,
+    has_percept: bool,
+    bounds: Bounds,
+) -> Result<u64, Fault> {
     let pasture = &scenario.pasture;
-    let cells = Grid::new(pasture.length_m, pasture.width_m).cells() as u64;
-    let given = scenario.weeds.positions_m.as_ref().map(|points| points.len() as u64);
-    let weeds = given.unwrap_or(scenario.weeds.count.into());
-    for (what, one, most) in [
-        ("the cells of the pasture, each 1 m by 1 m,", cells, bounds.max_cells),
-        ("the number of weeds", weeds, bounds.max_weeds),
-    ] {
+    let one = Grid::new(pasture.length_m, pasture.width_m).cells() as u64;
+    // A percept needs to know what it has told of each cell.
+    let (one, cells) = if has_percept {
+        (2 * one, "twice the cells of the pasture with `percept`, each 1 m by 1 m,")
+    } else {
+        (one, "the cells of the pasture, each 1 m by 1 m,")
+    };
+    let weeds = most_weeds(scenario) as u64;
+    for (what, one, most) in
+        [(cells, one, bounds.max_cells), ("the number of weeds", weeds, bounds.max_weeds)]
+    {
         let all = rows.saturating_mul(one);
         if all > most {
             let text =
@@ -549,7 +559,7 @@ fn check_size(scenario: &ValidScenario, rows: u64, bounds: Bounds) -> Result<(),
             return Err(Fault::BadConfig { text });
         }
     }
-    Ok(())
+    Ok(rows.saturating_mul(one))
 }
 
 /// The seed of each environment.

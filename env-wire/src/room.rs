@@ -75,18 +75,23 @@ impl Place {
         self.size
     }
 
+    /// How much a session may have.
+    pub(crate) fn session(&self) -> Bounds {
+        self.room.session
+    }
+
     /// Makes it so large; less is always possible.
     ///
     /// # Errors
     ///
     /// [`Fault::Capacity`] if the others leave too little room; it is then as it was.
     pub(crate) fn resize(&mut self, size: Size) -> Result<(), Fault> {
-        let all = self.room.all;
+        let most = self.room.all;
         let mut used = self.room.used();
         let (cells, weeds) = (used.cells - self.size.cells, used.weeds - self.size.weeds);
         for (others, before, now, most) in [
-            (cells, self.size.cells, size.cells, all.max_cells),
-            (weeds, self.size.weeds, size.weeds, all.max_weeds),
+            (cells, self.size.cells, size.cells, most.max_cells),
+            (weeds, self.size.weeds, size.weeds, most.max_weeds),
         ] {
             if now > before && others.saturating_add(now) > most {
                 return Err(Fault::Capacity { used: others + before, most });

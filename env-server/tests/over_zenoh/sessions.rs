@@ -119,6 +119,18 @@ fn a_server_that_is_full_says_so_until_a_session_ends() {
 }
 
 #[test]
+fn all_sessions_share_the_room_for_cells_until_one_ends() {
+    // A pasture has 4000 cells.
+    let server = Running::start(&["--max-all-cells", "6000"]);
+    let client = Client::new(&server.endpoint);
+    let first = client.open(&batch(1, 1)).unwrap();
+    let full = client.open(&batch(2, 1)).map(|opened| opened.reply.sid);
+    assert_eq!(full, Err(Fault::Capacity { used: 4000, most: 6000 }));
+    client.ask(Verb::Close, &first.close()).unwrap();
+    client.open(&batch(3, 1)).unwrap();
+}
+
+#[test]
 fn a_session_is_freed_once_its_client_is_gone_for_the_grace() {
     let server = Running::start(&["--max-sessions", "1", "--grace-ms", "300"]);
     let gone = Client::new(&server.endpoint);
