@@ -190,6 +190,9 @@ fn take_name(
     Err(FrontError::NameTaken(name.to_owned()))
 }
 
-fn length(query: &Query) -> usize {
-    query.payload().map_or(0, ZBytes::len)
+/// What a client has put into a query, bytes.
+pub(crate) fn length(query: &Query) -> usize {
+    let [payload, attachment] =
+        [query.payload(), query.attachment()].map(|bytes| bytes.map_or(0, ZBytes::len));
+    payload + attachment + query.key_expr().len() + query.parameters().as_str().len()
 }

@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Largest message, bytes [default: 67108864]
     #[arg(long, value_name = "BYTES")]
     pub max_msg: Option<u32>,
-    /// Most bytes of requests that wait to be looked at [default: 268435456]
+    /// Most bytes of requests that wait to be looked at, and most of replies that wait to be sent [default: 268435456]
     #[arg(long, value_name = "BYTES")]
     pub max_waiting: Option<usize>,
     /// Most bytes of replies that are kept in case they are asked for again [default: 1073741824]
@@ -135,7 +135,7 @@ pub struct Options {
     pub bounds: Bounds,
     /// How large those of all sessions together may be.
     pub all_bounds: Bounds,
-    /// Most bytes of requests that wait to be looked at.
+    /// Most bytes of requests that wait to be looked at, and most of replies that wait to be sent.
     pub max_waiting: usize,
     /// Most bytes of replies that are kept.
     pub max_cached: u64,
