@@ -55,6 +55,8 @@ fn a_client_that_does_not_read_holds_up_nobody_else() {
         .map(|nonce| {
             let session = deaf.open(&batch(nonce, 4096)).unwrap();
             let reset = session.reset(1, 7);
+            // What is asked again keeps no worker busy.
+            deaf.ask(Verb::Reset, &reset).unwrap();
             (session, reset)
         })
         .collect();
