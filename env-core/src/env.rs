@@ -8,7 +8,7 @@ mod setup;
 mod snapshot;
 mod summary;
 
-pub use snapshot::SnapshotError;
+pub use snapshot::{SnapshotError, weeds_in};
 pub use summary::Summary;
 
 use std::sync::Arc;

@@ -61,8 +61,8 @@ const ON_THE_WAY: Duration = Duration::from_millis(100);
 const STEP_BACK: Duration = Duration::from_millis(4);
 
 impl Front {
-    /// Declares the keys of the server `name`, which nobody else may have, here or where `to_ask` leads; what arrives at them goes to `events`, as long as not more than `most`
-    /// bytes wait there.
+    /// Declares the keys of the server `name`, which nobody else may have, here or where `to_ask` leads; what arrives at
+    /// them goes to `events`, as long as not more than `most` bytes wait there.
     ///
     /// # Errors
     ///
@@ -190,6 +190,9 @@ fn take_name(
     Err(FrontError::NameTaken(name.to_owned()))
 }
 
-fn length(query: &Query) -> usize {
-    query.payload().map_or(0, ZBytes::len)
+/// What a client has put into a query, bytes.
+pub(crate) fn length(query: &Query) -> usize {
+    let [payload, attachment] =
+        [query.payload(), query.attachment()].map(|bytes| bytes.map_or(0, ZBytes::len));
+    payload + attachment + query.key_expr().len() + query.parameters().as_str().len()
 }

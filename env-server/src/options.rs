@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use serde::Deserialize;
-use swath_wire::hosted::Bounds;
 use swath_wire::message::Limits;
+use swath_wire::room::Bounds;
 
 use crate::access::{Access, AccessError, Wish};
 use crate::endpoint::Endpoint;
@@ -39,16 +39,23 @@ pub struct Arguments {
     /// Most environments of a session [default: 16384]
     #[arg(long, value_name = "N")]
     pub max_envs: Option<u32>,
-    /// Most cells of the pastures of a session, each 1 m by 1 m [default: 268435456]
+    /// Most cells of the pastures of a session, each 1 m by 1 m; counted twice where percepts are told
+    /// [default: 268435456]
     #[arg(long, value_name = "N")]
     pub max_cells: Option<u64>,
     /// Most weeds of a session [default: 4194304]
     #[arg(long, value_name = "N")]
     pub max_weeds: Option<u64>,
+    /// Most cells of the pastures of all sessions together, counted the same [default: 1073741824]
+    #[arg(long, value_name = "N")]
+    pub max_all_cells: Option<u64>,
+    /// Most weeds of all sessions together [default: 16777216]
+    #[arg(long, value_name = "N")]
+    pub max_all_weeds: Option<u64>,
     /// Largest message, bytes [default: 67108864]
     #[arg(long, value_name = "BYTES")]
     pub max_msg: Option<u32>,
-    /// Most bytes of requests that wait to be looked at [default: 268435456]
+    /// Most bytes of requests that wait to be looked at, and most of replies that wait to be sent [default: 268435456]
     #[arg(long, value_name = "BYTES")]
     pub max_waiting: Option<usize>,
     /// Most bytes of replies that are kept in case they are asked for again [default: 1073741824]
@@ -95,6 +102,8 @@ struct File {
     max_envs: Option<u32>,
     max_cells: Option<u64>,
     max_weeds: Option<u64>,
+    max_all_cells: Option<u64>,
+    max_all_weeds: Option<u64>,
     max_msg: Option<u32>,
     max_waiting: Option<usize>,
     max_cached: Option<u64>,
@@ -124,7 +133,9 @@ pub struct Options {
     pub limits: Limits,
     /// How large the environments of a session may be.
     pub bounds: Bounds,
-    /// Most bytes of requests that wait to be looked at.
+    /// How large those of all sessions together may be.
+    pub all_bounds: Bounds,
+    /// Most bytes of requests that wait to be looked at, and most of replies that wait to be sent.
     pub max_waiting: usize,
     /// Most bytes of replies that are kept.
     pub max_cached: u64,
@@ -168,7 +179,8 @@ impl Arguments {
     /// [`OptionsError`] naming the first one that cannot be used.
     pub fn check(self) -> Result<Options, OptionsError> {
         let file = self.config.as_deref().map_or_else(|| Ok(File::default()), File::read)?;
-        let (usual, usual_bounds) = (Limits::default(), Bounds::default());
+        let usual = Limits::default();
+        let (of_session, of_all) = (Bounds::OF_SESSION, Bounds::OF_ALL);
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let either = |flags: Vec<String>, file| if flags.is_empty() { file } else { flags };
         let listen = self.listen.or(file.listen);
@@ -199,8 +211,12 @@ impl Arguments {
                 idle_ms: self.idle_ms.or(file.idle_ms).unwrap_or(usual.idle_ms),
             },
             bounds: Bounds {
-                max_cells: self.max_cells.or(file.max_cells).unwrap_or(usual_bounds.max_cells),
-                max_weeds: self.max_weeds.or(file.max_weeds).unwrap_or(usual_bounds.max_weeds),
+                max_cells: self.max_cells.or(file.max_cells).unwrap_or(of_session.max_cells),
+                max_weeds: self.max_weeds.or(file.max_weeds).unwrap_or(of_session.max_weeds),
+            },
+            all_bounds: Bounds {
+                max_cells: self.max_all_cells.or(file.max_all_cells).unwrap_or(of_all.max_cells),
+                max_weeds: self.max_all_weeds.or(file.max_all_weeds).unwrap_or(of_all.max_weeds),
             },
             max_waiting: self.max_waiting.or(file.max_waiting).unwrap_or(256 << 20),
             max_cached: self.max_cached.or(file.max_cached).unwrap_or(1 << 30),
@@ -245,6 +261,8 @@ impl Options {
             ("max_envs", limits.max_envs.into(), 1, 1_000_000),
             ("max_cells", self.bounds.max_cells, 1, 1 << 40),
             ("max_weeds", self.bounds.max_weeds, 1, 1 << 40),
+            ("max_all_cells", self.all_bounds.max_cells, 1, 1 << 40),
+            ("max_all_weeds", self.all_bounds.max_weeds, 1, 1 << 40),
             ("max_msg", limits.max_msg.into(), 4096, 64 << 20),
             ("max_waiting", self.max_waiting as u64, limits.max_msg.into(), 1 << 40),
             ("max_cached", self.max_cached, 4096, 1 << 40),
@@ -288,6 +306,7 @@ mod tests {
             ),
             (&["--workers", "0"], "`workers` must be from 1 to 1024, got 0"),
             (&["--idle-ms", "0"], "`idle_ms` must be from 1000 to 86400000, got 0"),
+            (&["--max-all-cells", "0"], "`max_all_cells` must be from 1 to 1099511627776, got 0"),
             (&["--max-msg", "12"], "`max_msg` must be from 4096 to 67108864, got 12"),
             (&["--listen", "7447"], "`listen` must be tcp/HOST:PORT or tls/HOST:PORT, got 7447"),
         ] {
@@ -303,9 +322,14 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         let file = folder.join("server.toml");
         let path = file.display().to_string();
-        std::fs::write(&file, "name = 'field'\nmax_sessions = 3\ngrace_ms = 500").unwrap();
+        std::fs::write(
+            &file,
+            "name = 'field'\nmax_sessions = 3\ngrace_ms = 500\nmax_all_weeds = 7",
+        )
+        .unwrap();
         let read = options(&["--config", &path, "--max-sessions", "4"]).unwrap();
         assert_eq!((read.name.as_str(), read.limits.max_sessions), ("field", 4));
+        assert_eq!(read.all_bounds, Bounds { max_weeds: 7, ..Bounds::OF_ALL });
         assert_eq!((read.limits.grace_ms, read.limits.max_envs), (500, 16_384));
         std::fs::write(&file, "listen = 'tcp/0.0.0.0:7447'").unwrap();
         assert!(options(&["--config", &path]).unwrap_err().contains("missing: tls/"));

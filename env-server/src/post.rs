@@ -1,69 +1,61 @@
 //! Replies on their way out.
 //!
 //! Where a client does not read, Zenoh holds whoever sends to it for seconds before it gives the client up, were it only
-//! that its query is dropped. Short replies find room and leave at once, as long as nothing of their session waits; what
-//! else there is leaves from threads of their own. A session has one thread at a time, and there is a thread for every
-//! session that has something to send: a client holds up nobody else.
+//! that its query is dropped. Short replies to sessions find room and leave at once, as long as nothing waits: who has
+//! several sessions has one connection for all of them, and whose a question without a session is, nobody knows. What else
+//! there is leaves from threads of their own. A session has one thread at a time, and so has each of the lanes for those
+//! without one; there is a thread for each of them that has something to send: a client holds up nobody else's session.
 
-use std::collections::{BTreeMap, VecDeque};
+mod desk;
+
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use bytes::Bytes;
-use swath_wire::header::Header;
 use zenoh::Wait as _;
 use zenoh::query::Query;
+
+use self::desk::{Desk, Letter};
+use crate::front;
 
 /// Longer replies leave from threads of their own, bytes.
 const SHORT: usize = 32 << 10;
 /// Most threads: so many clients may not read at the same time.
 const SENDERS: usize = 256;
-/// How many replies of a session may wait; older ones are not sent any more, since their client has asked again.
-const WAITING: usize = 2;
-/// How many queries of a session may wait, to be answered or dropped.
-const QUERIES: usize = 256;
 
-/// A query and its reply; none if it is to be dropped.
-type Letter = (Box<Query>, Option<Bytes>);
-
-/// The threads that send long replies, as many as it takes.
-#[derive(Debug, Default)]
+/// The threads that send what does not leave at once, as many as it takes.
+#[derive(Debug)]
 pub struct Post {
     office: Arc<Office>,
     senders: Vec<JoinHandle<()>>,
-    /// Sessions have names of 128 bits; who asks without one is given a number.
-    strangers: u128,
 }
 
-#[derive(Debug, Default)]
+#[derive(Debug)]
 struct Office {
-    desk: Mutex<Desk>,
+    desk: Mutex<Desk<Box<Query>>>,
     has_work: Condvar,
 }
 
-#[derive(Debug, Default)]
-struct Desk {
-    /// What waits, by session. A session that stands here is ready or is being sent to.
-    letters: BTreeMap<u128, VecDeque<Letter>>,
-    /// Sessions that nobody sends to.
-    ready: VecDeque<u128>,
-    /// Threads without work.
-    idle: usize,
-    is_closed: bool,
-}
-
 impl Post {
-    /// Answers a query. An answer that does not arrive is asked for again.
+    /// A post at which not more than `most` bytes wait.
+    #[must_use]
+    pub fn new(most: usize) -> Self {
+        let desk = Mutex::new(Desk::new(most));
+        let office = Arc::new(Office { desk, has_work: Condvar::new() });
+        Self { office, senders: Vec::new() }
+    }
+
+    /// Answers a query of a session that is open, or of whom nobody knows. An answer that does not arrive is asked for
+    /// again.
     ///
     /// # Panics
     ///
     /// If the system has no thread to give.
-    pub fn send(&mut self, query: Box<Query>, message: Bytes) {
-        let session = self.session_of(&message);
-        if message.len() <= SHORT && !self.office.desk().letters.contains_key(&session) {
+    pub fn send(&mut self, session: Option<u128>, query: Box<Query>, message: Bytes) {
+        if session.is_some() && message.len() <= SHORT && self.office.desk().is_empty() {
             return reply(&query, message);
         }
-        self.hand_over(session, (query, Some(message)));
+        self.hand_over(session, query, Some(message));
     }
 
     /// Leaves a query without an answer.
@@ -71,37 +63,17 @@ impl Post {
     /// # Panics
     ///
     /// As [`Self::send`].
-    pub fn discard(&mut self, query: Box<Query>) {
-        let payload = query.payload().cloned().unwrap_or_default();
-        let session = self.session_of(&payload.to_bytes());
-        self.hand_over(session, (query, None));
+    pub fn discard(&mut self, session: Option<u128>, query: Box<Query>) {
+        self.hand_over(session, query, None);
     }
 
-    fn session_of(&mut self, message: &[u8]) -> u128 {
-        match Header::read(message) {
-            Ok((header, _)) if header.sid != 0 => header.sid,
-            _ => {
-                self.strangers += 1;
-                self.strangers
-            }
-        }
-    }
-
-    fn hand_over(&mut self, session: u128, letter: Letter) {
+    fn hand_over(&mut self, session: Option<u128>, query: Box<Query>, reply: Option<Bytes>) {
         let mut desk = self.office.desk();
-        let Desk { letters, ready, .. } = &mut *desk;
-        let waiting = letters.entry(session).or_insert_with(|| {
-            ready.push_back(session);
-            VecDeque::new()
-        });
-        waiting.push_back(letter);
-        if let Some(stale) = waiting.len().checked_sub(WAITING + 1) {
-            waiting[stale].1 = None;
-        }
-        let stale = if waiting.len() > QUERIES { waiting.pop_front() } else { None };
-        let is_short_of_hands = desk.ready.len() > desk.idle && self.senders.len() < SENDERS;
+        let weight = front::length(&query);
+        let too_many = desk.put(session, Letter { query, reply, weight });
+        let is_short_of_hands = desk.is_short_of_hands() && self.senders.len() < SENDERS;
         drop(desk);
-        drop(stale);
+        drop(too_many);
         if is_short_of_hands {
             let office = Arc::clone(&self.office);
             let sender = std::thread::Builder::new()
@@ -124,7 +96,7 @@ impl Post {
 }
 
 impl Office {
-    fn desk(&self) -> MutexGuard<'_, Desk> {
+    fn desk(&self) -> MutexGuard<'_, Desk<Box<Query>>> {
         self.desk.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -132,7 +104,7 @@ impl Office {
     fn work(&self) {
         let mut desk = self.desk();
         loop {
-            let Some(session) = desk.ready.pop_front() else {
+            let Some((lane, letter)) = desk.take() else {
                 if desk.is_closed {
                     return;
                 }
@@ -141,18 +113,13 @@ impl Office {
                 desk.idle -= 1;
                 continue;
             };
-            let letter = desk.letters.get_mut(&session).and_then(VecDeque::pop_front);
             drop(desk);
-            if let Some((query, Some(message))) = &letter {
+            if let Some(Letter { query, reply: Some(message), .. }) = &letter {
                 reply(query, message.clone());
             }
             drop(letter);
             desk = self.desk();
-            if desk.letters.get(&session).is_some_and(VecDeque::is_empty) {
-                desk.letters.remove(&session);
-            } else {
-                desk.ready.push_back(session);
-            }
+            desk.done(lane);
         }
     }
 }

@@ -7,9 +7,10 @@ use std::time::Duration;
 
 use swath_core::config;
 use swath_wire::fault::Fault;
-use swath_wire::header::Verb;
+use swath_wire::header::{Header, Verb};
 use swath_wire::hosted::{ENV_ID, Hosted};
 use swath_wire::message::EnvInfo;
+use swath_wire::room::Room;
 use swath_wire::server::{QueryId, ServerOptions, ServerOutput, ServerSessions};
 use zenoh::query::Query;
 
@@ -61,7 +62,8 @@ pub struct Server {
     tasks: Sender<Task>,
     workers: Vec<JoinHandle<()>>,
     hosted: BTreeMap<u128, Box<Hosted>>,
-    queries: BTreeMap<QueryId, Box<Query>>,
+    /// Queries that are not answered yet, without their payloads, and the session that each says it is of.
+    queries: BTreeMap<QueryId, (Box<Query>, u128)>,
     next_query: u64,
     running: usize,
 }
@@ -104,8 +106,8 @@ impl Server {
         let (config, most) = (settings(&options)?, options.max_waiting);
         let to_ask = settings_to_ask(&options)?;
         let front = Front::open(config, to_ask, &options.name, boot_id, most, &events_in)?;
-        let workers =
-            worker::start(options.workers, options.limits, options.bounds, tasks_out, &events_in);
+        let room = Room::new(options.bounds, options.all_bounds);
+        let workers = worker::start(options.workers, options.limits, &room, tasks_out, &events_in);
         let schema = serde_json::to_string(&config::schema()).expect("a schema is JSON");
         let envs =
             vec![EnvInfo { id: ENV_ID.to_owned(), config_schema: schema, autoreset: EVERY_MODE }];
@@ -125,7 +127,7 @@ impl Server {
             clock: Clock::start(),
             listen: options.listen,
             front,
-            post: Post::default(),
+            post: Post::new(most),
             sessions,
             events,
             tasks,
@@ -199,14 +201,18 @@ impl Server {
         Ok(())
     }
 
-    fn take_in(&mut self, now_ms: u64, query: Box<Query>, verb: Verb) {
+    fn take_in(&mut self, now_ms: u64, mut query: Box<Query>, verb: Verb) {
         let id = QueryId(self.next_query);
         self.next_query += 1;
         self.front.taken(&query);
+        // A query may wait for long to be answered, its payload does not.
+        let payload = query.payload_mut().map(std::mem::take).unwrap_or_default();
+        drop(query.attachment_mut().map(std::mem::take));
         // Bytes are shared, not copied, unless they came in pieces.
-        let payload = query.payload().cloned().unwrap_or_default();
-        self.queries.insert(id, query);
-        self.sessions.on_query(now_ms, id, verb, &payload.to_bytes());
+        let message = payload.to_bytes();
+        let sid = Header::read(&message).map_or(0, |(header, _)| header.sid);
+        self.queries.insert(id, (query, sid));
+        self.sessions.on_query(now_ms, id, verb, &message);
     }
 
     fn put_away(&mut self, now_ms: u64, done: Done) {
@@ -228,6 +234,11 @@ impl Server {
         self.sessions.on_finished(now_ms, done.job, done.result);
     }
 
+    /// A session by the name that a query gives, if there is one: any other name may be made up.
+    fn open_session(&self, sid: u128) -> Option<u128> {
+        self.sessions.is_open(sid).then_some(sid)
+    }
+
     fn carry_out(&mut self, output: ServerOutput) {
         match output {
             ServerOutput::Start(job) => {
@@ -236,13 +247,13 @@ impl Server {
                 self.tasks.send(Task { job, hosted }).expect("the workers end after the server");
             }
             ServerOutput::Reply { query, message } => {
-                if let Some(query) = self.queries.remove(&query) {
-                    self.post.send(query, message);
+                if let Some((query, sid)) = self.queries.remove(&query) {
+                    self.post.send(self.open_session(sid), query, message);
                 }
             }
             ServerOutput::Drop(query) => {
-                if let Some(query) = self.queries.remove(&query) {
-                    self.post.discard(query);
+                if let Some((query, sid)) = self.queries.remove(&query) {
+                    self.post.discard(self.open_session(sid), query);
                 }
             }
             ServerOutput::Free { sid } => {

@@ -8,8 +8,9 @@ use std::thread::JoinHandle;
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Kind, Verb};
-use swath_wire::hosted::{Bounds, Hosted};
+use swath_wire::hosted::Hosted;
 use swath_wire::message::Limits;
+use swath_wire::room::Room;
 use swath_wire::server::{Finished, Job, JobId};
 
 /// A job, with the environments that it is for; an open has none yet.
@@ -45,18 +46,19 @@ pub struct Done {
 pub fn start<E: From<Done> + Send + 'static>(
     workers: usize,
     limits: Limits,
-    bounds: Bounds,
+    room: &Arc<Room>,
     tasks: Receiver<Task>,
     events: &SyncSender<E>,
 ) -> Vec<JoinHandle<()>> {
     let tasks = Arc::new(Mutex::new(tasks));
     let worker = |number: usize| {
         let (tasks, events) = (Arc::clone(&tasks), events.clone());
+        let room = Arc::clone(room);
         let work = move || {
             loop {
                 let task = tasks.lock().unwrap_or_else(PoisonError::into_inner).recv();
                 let Ok(task) = task else { return };
-                if events.send(E::from(carry_out(task, &limits, bounds))).is_err() {
+                if events.send(E::from(carry_out(task, &limits, &room))).is_err() {
                     return;
                 }
             }
@@ -70,11 +72,11 @@ pub fn start<E: From<Done> + Send + 'static>(
 }
 
 /// Does one job.
-fn carry_out(task: Task, limits: &Limits, bounds: Bounds) -> Done {
+fn carry_out(task: Task, limits: &Limits, room: &Arc<Room>) -> Done {
     let Task { job, hosted } = task;
     let (id, sid, seq) = (job.id, job.sid, job.header.seq);
     let Kind::Request(verb) = job.header.kind else { unreachable!("jobs are requests") };
-    let (hosted, result) = guarded(seq, || answer(&job, hosted, limits, bounds));
+    let (hosted, result) = guarded(seq, || answer(&job, hosted, limits, room));
     Done { job: id, verb, sid, hosted, result }
 }
 
@@ -88,13 +90,13 @@ fn guarded(seq: u64, work: impl FnOnce() -> Answer) -> Answer {
 
 type Answer = (Option<Box<Hosted>>, Result<Finished, Fault>);
 
-fn answer(job: &Job, hosted: Option<Box<Hosted>>, limits: &Limits, bounds: Bounds) -> Answer {
+fn answer(job: &Job, hosted: Option<Box<Hosted>>, limits: &Limits, room: &Arc<Room>) -> Answer {
     let payload = match Header::read(&job.message) {
         Ok((_, payload)) => payload,
         Err(error) => return (hosted, Err(error.into())),
     };
     if job.header.kind == Kind::Request(Verb::Open) {
-        return match open(job, payload, limits, bounds) {
+        return match open(job, payload, limits, room) {
             Ok((hosted, finished)) => (Some(Box::new(hosted)), Ok(finished)),
             Err(fault) => (None, Err(fault)),
         };
@@ -115,10 +117,10 @@ fn open(
     job: &Job,
     payload: &[u8],
     limits: &Limits,
-    bounds: Bounds,
+    room: &Arc<Room>,
 ) -> Result<(Hosted, Finished), Fault> {
     // One thread: the workers are as many as the cores, and a pool for each session would have them fight.
-    let hosted = Hosted::open_within(&codec::read(payload)?, limits, bounds, 1)?;
+    let hosted = Hosted::open_in(&codec::read(payload)?, limits, room, 1)?;
     let reply = hosted.open_reply(job.sid, job.lid, *limits);
     let header = Header { kind: Kind::Reply(Verb::Open), ..job.header };
     let message = codec::write(&header, &reply)?;

@@ -207,9 +207,10 @@ impl ClientSession {
     ///
     /// # Errors
     ///
-    /// [`ClientError::IsOpen`] if there is one, [`ClientError::InDoubt`] if there may be one, and those of
-    /// [`Self::call`].
+    /// [`ClientError::IsOpen`] if there is one, [`ClientError::InDoubt`] if there may be one, the fault of
+    /// [`Open::check_client`], and those of [`Self::call`].
     pub fn open(&mut self, now_ms: u64, open: &Open) -> Result<(), ClientError> {
+        open.check_client()?;
         self.call(now_ms, Verb::Open, open)
     }
 

@@ -85,12 +85,13 @@ pub enum Fault {
         /// How long to wait before the request is sent again, milliseconds.
         retry_ms: u64,
     },
-    /// The server has no room for another session.
+    /// The server has no room for another session, or for what this one asks for: it counts sessions, bytes of the replies
+    /// that it keeps, cells of pastures, and weeds.
     #[error("{used} of {most} places are taken")]
     Capacity {
-        /// Places taken.
+        /// How many or how much of them others have taken.
         used: u64,
-        /// All places.
+        /// How many or how much of them there are.
         most: u64,
     },
     /// The environments failed in this request, and the session is over.

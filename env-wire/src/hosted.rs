@@ -2,12 +2,15 @@
 
 use std::borrow::Cow;
 use std::path::Path;
+use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 use swath_core::action::{ActionError, ActionSpec};
-use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchError, BatchOptions, Last, StepMut};
+use swath_core::batch::{
+    Actions, Autoreset, BatchEnv, BatchError, BatchOptions, Last, StepMut, split,
+};
 use swath_core::config::{Document, ValidScenario};
-use swath_core::env::{Beginning, Env};
+use swath_core::env::{Beginning, Env, SnapshotError, weeds_in};
 use swath_core::geometry::Point;
 use swath_core::grid::Grid;
 use swath_core::observation::Observation;
@@ -23,24 +26,10 @@ use crate::message::{
 };
 use crate::numbers::{self, bytes_in, bytes_of};
 use crate::percept::{Tables, Teller};
+use crate::room::{Bounds, Place, Room, Size};
 
 /// The scenarios that can be opened.
 pub const ENV_ID: &str = "swath/MowerRouting-v0";
-
-/// How large the environments of a session may be, all of them together: what they take of the server's memory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Bounds {
-    /// Cells of their pastures, each a square metre.
-    pub max_cells: u64,
-    /// Their weeds.
-    pub max_weeds: u64,
-}
-
-impl Default for Bounds {
-    fn default() -> Self {
-        Self { max_cells: 1 << 28, max_weeds: 1 << 22 }
-    }
-}
 
 /// A batch of environments that is stepped by messages.
 #[derive(Debug)]
@@ -57,7 +46,9 @@ pub struct Hosted {
     requests: u32,
     steps: u64,
     max_msg: u32,
-    max_weeds: u64,
+    place: Place,
+    /// Of each environment, the most weeds that it has had or will draw: it keeps the memory for them.
+    weeds: Vec<u64>,
 }
 
 /// What a step writes.
@@ -76,13 +67,14 @@ struct Columns {
 }
 
 impl Hosted {
-    /// The batch that a client asks for, within the usual bounds; see [`Self::open_within`].
+    /// The batch that a client asks for, in a room of its own with the usual bounds; see [`Self::open_in`].
     ///
     /// # Errors
     ///
-    /// Those of [`Self::open_within`].
+    /// Those of [`Self::open_in`].
     pub fn open(open: &Open, limits: &Limits, threads: usize) -> Result<Self, Fault> {
-        Self::open_within(open, limits, Bounds::default(), threads)
+        let room = Room::new(Bounds::OF_SESSION, Bounds::OF_ALL);
+        Self::open_in(open, limits, &room, threads)
     }
 
     /// The batch that a client asks for, stepped by `threads` threads at most.
@@ -93,12 +85,11 @@ impl Hosted {
     /// # Errors
     ///
     /// [`Fault::BadConfig`] if the scenario or the snapshot cannot be used or the environments are too many or too large,
-    /// [`Fault::TooLarge`] if a reply would not fit into
-    /// a message or there are too many environments.
-    pub fn open_within(
+    /// [`Fault::TooLarge`] if a reply would not fit into a message, [`Fault::Capacity`] if the room is taken by others.
+    pub fn open_in(
         open: &Open,
         limits: &Limits,
-        bounds: Bounds,
+        room: &Arc<Room>,
         threads: usize,
     ) -> Result<Self, Fault> {
         let bad = |text: String| Fault::BadConfig { text };
@@ -129,7 +120,15 @@ impl Hosted {
             AutoresetMode::SameStep => Autoreset::SameStep,
             AutoresetMode::Disabled => Autoreset::Disabled,
         };
-        check_size(&scenario, rows as u64, bounds)?;
+        let cells = check_size(&scenario, rows as u64, open.percept, room.session())?;
+        let mut weeds = vec![most_weeds(&scenario) as u64; rows];
+        if let Some(snapshot) = open.snapshot {
+            let most = open.percept.then(|| most_weeds(&scenario) as u64);
+            weeds = most_of(&weeds, weeds_of_rows(snapshot, rows, most)?);
+        }
+        let mut place = room.place();
+        let all_weeds = check_weeds("snapshot", &weeds, room.session())?;
+        place.resize(Size { cells, weeds: all_weeds })?;
         let batch_of = |rows| {
             BatchEnv::new(&scenario, BatchOptions { rows, autoreset, threads })
                 .map_err(|error| bad(error.to_string()))
@@ -146,7 +145,6 @@ impl Hosted {
         let mut teller = teller_of(&batch);
         if let Some(snapshot) = open.snapshot {
             batch.restore(snapshot).map_err(|error| bad(error.to_string()))?;
-            check_weeds(&batch, teller.as_ref())?;
             // What a client knows who held the snapshot: a session that is resumed tells what the lost one would have told.
             if let Some(teller) = &mut teller {
                 teller.tell(batch.rows(), |_| true);
@@ -166,7 +164,8 @@ impl Hosted {
             requests: 0,
             steps: 0,
             max_msg,
-            max_weeds: bounds.max_weeds,
+            place,
+            weeds,
         })
     }
 
@@ -291,20 +290,21 @@ impl Hosted {
                     "`weeds[{row}]` must stand on the pasture, got [{x}, {y}]"
                 )));
             }
-            if let Some(teller) = &self.teller {
-                teller.check_weeds(row, points.len())?;
+            if let Some(most) = self.most_weeds()
+                && points.len() as u64 > most
+            {
+                let got = points.len();
+                return Err(bad(format!(
+                    "`weeds[{row}]` must be at most {most} with `percept`, got {got}"
+                )));
             }
             weeds.push(Some(points.iter().map(|&[x, y]| Point::new(x, y)).collect()));
         }
         let given = |row: usize| weeds.get(row).or(weeds.first()).and_then(Option::as_deref);
         let begun = || (0..rows).filter(|&row| mask[row]);
-        let given_weeds: u64 = begun().map(|row| given(row).map_or(0, <[_]>::len) as u64).sum();
-        if given_weeds > self.max_weeds {
-            let most = self.max_weeds;
-            return Err(bad(format!(
-                "`weeds` must be at most {most} in all environments of a session together, got {given_weeds}"
-            )));
-        }
+        let of_row = |row: usize| if mask[row] { given(row).map_or(0, <[_]>::len) } else { 0 };
+        let all_weeds = most_of(&self.weeds, (0..rows).map(|row| of_row(row) as u64));
+        self.make_room("weeds", all_weeds)?;
         for row in begun() {
             self.batch.reset_row(row, seeds[row], Beginning { weeds: given(row), start: None });
         }
@@ -314,21 +314,28 @@ impl Hosted {
     fn restore(&mut self, reply: &Header, restore: &Restore) -> Result<Vec<u8>, Fault> {
         let bad = |text: String| Fault::BadConfig { text };
         let rows = self.batch.rows().len();
-        let before = self.teller.as_ref().map(|_| self.batch.snapshot());
-        match restore.env {
-            None => self.batch.restore(restore.data).map_err(|error| bad(error.to_string()))?,
-            Some(row) if (row as usize) < rows => self
-                .batch
-                .restore_row(row as usize, restore.data)
-                .map_err(|error| bad(error.to_string()))?,
-            Some(row) => {
-                return Err(bad(format!("`row` must be from 0 to {}, got {row}", rows - 1)));
+        let most = self.most_weeds();
+        let weeds = match restore.env {
+            None => weeds_of_rows(restore.data, rows, most)?,
+            Some(row) if (row as usize) < rows => {
+                let mut weeds = vec![0; rows];
+                weeds[row as usize] = weeds_of(restore.data, row as usize, most)?;
+                weeds
             }
-        }
-        if let Err(fault) = check_weeds(&self.batch, self.teller.as_ref()) {
-            let before = before.expect("there is a teller that has refused it");
-            self.batch.restore(&before).expect("it is the batch's own");
-            return Err(fault);
+            Some(row) => {
+                return Err(bad(format!("`env` must be from 0 to {}, got {row}", rows - 1)));
+            }
+        };
+        let weeds = most_of(&self.weeds, weeds);
+        let before = self.weeds.clone();
+        self.make_room("snapshot", weeds)?;
+        let restored = match restore.env {
+            None => self.batch.restore(restore.data),
+            Some(row) => self.batch.restore_row(row as usize, restore.data),
+        };
+        if let Err(error) = restored {
+            self.make_room("snapshot", before).expect("there was room for as much before");
+            return Err(bad_snapshot(&error));
         }
         let begun: Vec<bool> = (0..rows).map(|row| self.batch.has_begun(row)).collect();
         self.present(reply, &begun)
@@ -374,7 +381,7 @@ impl Hosted {
         let data = match snapshot.env {
             None => self.batch.snapshot(),
             Some(row) => rows.get(row as usize).map(Env::snapshot).ok_or_else(|| {
-                let text = format!("`row` must be from 0 to {}, got {row}", rows.len() - 1);
+                let text = format!("`env` must be from 0 to {}, got {row}", rows.len() - 1);
                 Fault::BadConfig { text }
             })?,
         };
@@ -399,6 +406,19 @@ impl Hosted {
         self.requests = self.requests.wrapping_add(1);
         let is_due = self.hash_every > 0 && self.requests.is_multiple_of(self.hash_every);
         is_due.then(|| state_hash(&self.batch))
+    }
+
+    /// Counts so many weeds of each environment, if there is room for them.
+    fn make_room(&mut self, field: &str, weeds: Vec<u64>) -> Result<(), Fault> {
+        let all = check_weeds(field, &weeds, self.place.session())?;
+        self.place.resize(Size { weeds: all, ..self.place.size() })?;
+        self.weeds = weeds;
+        Ok(())
+    }
+
+    /// Most weeds that an environment may have, where there are percepts.
+    fn most_weeds(&self) -> Option<u64> {
+        self.teller.as_ref().map(Teller::most_weeds)
     }
 
     fn final_observation(&self, done: &[usize]) -> Vec<Vec<u8>> {
@@ -458,11 +478,47 @@ fn most_weeds(scenario: &ValidScenario) -> usize {
     weeds.positions_m.as_ref().map_or(weeds.count as usize, Vec::len)
 }
 
-/// Whether no row has more weeds than percepts have room for.
-fn check_weeds(batch: &BatchEnv, teller: Option<&Teller>) -> Result<(), Fault> {
-    let Some(teller) = teller else { return Ok(()) };
-    let check = |(row, env): (usize, &Env)| teller.check_weeds(row, env.weeds().positions().len());
-    batch.rows().iter().enumerate().try_for_each(check)
+/// Of each row the larger number.
+fn most_of(weeds: &[u64], others: impl IntoIterator<Item = u64>) -> Vec<u64> {
+    weeds.iter().zip(others).map(|(&weeds, other)| weeds.max(other)).collect()
+}
+
+/// The weeds of all rows together, if they are few enough.
+fn check_weeds(field: &str, weeds: &[u64], bounds: Bounds) -> Result<u64, Fault> {
+    let got = weeds.iter().fold(0_u64, |sum, &weeds| sum.saturating_add(weeds));
+    let most = bounds.max_weeds;
+    if got <= most {
+        return Ok(got);
+    }
+    let text = format!(
+        "`{field}` must leave at most {most} weeds in all environments of a session together, each counted with the most \
+         that it has had, got {got}"
+    );
+    Err(Fault::BadConfig { text })
+}
+
+/// Number of weeds in the snapshot of a row, of which it may have `most` where there are percepts.
+fn weeds_of(snapshot: &[u8], row: usize, most: Option<u64>) -> Result<u64, Fault> {
+    let weeds = weeds_in(snapshot).map_err(|error| bad_snapshot(&error))?;
+    match most {
+        Some(most) if weeds > most => {
+            let text = format!(
+                "`snapshot` must have at most {most} weeds in environment {row} with `percept`, got {weeds}"
+            );
+            Err(Fault::BadConfig { text })
+        }
+        _ => Ok(weeds),
+    }
+}
+
+/// The same of every row of a batch.
+fn weeds_of_rows(snapshot: &[u8], rows: usize, most: Option<u64>) -> Result<Vec<u64>, Fault> {
+    let snapshots = split(snapshot, rows).map_err(|error| bad_snapshot(&error))?;
+    snapshots.iter().enumerate().map(|(row, snapshot)| weeds_of(snapshot, row, most)).collect()
+}
+
+fn bad_snapshot(error: &SnapshotError) -> Fault {
+    Fault::BadConfig { text: error.to_string() }
 }
 
 /// Longest reply to a step of so many environments, bytes.
@@ -477,16 +533,25 @@ pub fn state_hash(batch: &BatchEnv) -> [u8; 16] {
     std::array::from_fn(|i| hash[i])
 }
 
-/// Refuses environments that together are larger than the server takes on.
-fn check_size(scenario: &ValidScenario, rows: u64, bounds: Bounds) -> Result<(), Fault> {
+/// Cells of so many environments, unless they are larger together than a session's may be.
+fn check_size(
+    scenario: &ValidScenario,
+    rows: u64,
+    has_percept: bool,
+    bounds: Bounds,
+) -> Result<u64, Fault> {
     let pasture = &scenario.pasture;
-    let cells = Grid::new(pasture.length_m, pasture.width_m).cells() as u64;
-    let given = scenario.weeds.positions_m.as_ref().map(|points| points.len() as u64);
-    let weeds = given.unwrap_or(scenario.weeds.count.into());
-    for (what, one, most) in [
-        ("the cells of the pasture, each 1 m by 1 m,", cells, bounds.max_cells),
-        ("the number of weeds", weeds, bounds.max_weeds),
-    ] {
+    let one = Grid::new(pasture.length_m, pasture.width_m).cells() as u64;
+    // A percept needs to know what it has told of each cell.
+    let (one, cells) = if has_percept {
+        (2 * one, "twice the cells of the pasture with `percept`, each 1 m by 1 m,")
+    } else {
+        (one, "the cells of the pasture, each 1 m by 1 m,")
+    };
+    let weeds = most_weeds(scenario) as u64;
+    for (what, one, most) in
+        [(cells, one, bounds.max_cells), ("the number of weeds", weeds, bounds.max_weeds)]
+    {
         let all = rows.saturating_mul(one);
         if all > most {
             let text =
@@ -494,7 +559,7 @@ fn check_size(scenario: &ValidScenario, rows: u64, bounds: Bounds) -> Result<(),
             return Err(Fault::BadConfig { text });
         }
     }
-    Ok(())
+    Ok(rows.saturating_mul(one))
 }
 
 /// The seed of each environment.

@@ -15,6 +15,7 @@
 //! | [`codec`] | messages as bytes, and back |
 //! | [`layout`] | which tables the messages of a batch hold |
 //! | [`percept`] | what mowers perceive, as tables, and back |
+//! | [`room`] | how much of a server's memory environments may take |
 //! | [`hosted`] | the batch behind a session: requests in, replies out |
 //! | [`peer`] | whether a server is of the same build |
 //! | [`received`] | replies as the columns of a batch |
@@ -32,6 +33,7 @@ pub mod message;
 pub mod codec;
 pub mod layout;
 pub mod percept;
+pub mod room;
 pub mod hosted;
 pub mod peer;
 pub mod received;

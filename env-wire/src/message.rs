@@ -5,6 +5,7 @@
 
 use bincode::{BorrowDecode, Decode, Encode};
 
+use crate::fault::Fault;
 use crate::leaf::Leaf;
 
 /// What a server can do for one scenario id.
@@ -100,8 +101,32 @@ pub struct Open<'a> {
     pub snapshot: Option<&'a [u8]>,
     /// Whether every reply tells what the mowers perceive, as a scripted agent needs it.
     pub percept: bool,
-    /// Who asks, for the logs.
+    /// Who asks, for the logs: at most [`CLIENT_CHARACTERS`] characters, none of them a control character.
     pub client: String,
+}
+
+/// Most characters of [`Open::client`], which a server keeps and shows to everybody who asks for its sessions.
+pub const CLIENT_CHARACTERS: usize = 64;
+
+impl Open<'_> {
+    /// Whether the client's name of itself can be kept and shown.
+    ///
+    /// # Errors
+    ///
+    /// [`Fault::BadConfig`] if it is too long or has control characters.
+    pub fn check_client(&self) -> Result<(), Fault> {
+        let characters = self.client.chars().count();
+        let got = if characters > CLIENT_CHARACTERS {
+            format!("{characters} characters")
+        } else if self.client.contains(char::is_control) {
+            format!("{:?}", self.client)
+        } else {
+            return Ok(());
+        };
+        let text =
+            format!("`client` must be at most {CLIENT_CHARACTERS} printable characters, got {got}");
+        Err(Fault::BadConfig { text })
+    }
 }
 
 /// A session.

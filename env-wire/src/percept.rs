@@ -98,15 +98,9 @@ impl Teller {
         row.saturating_mul(rows).saturating_add(8 * 8)
     }
 
-    /// Whether an environment may have so many weeds.
-    pub(crate) fn check_weeds(&self, row: usize, weeds: usize) -> Result<(), Fault> {
-        let most = self.most_weeds;
-        if weeds <= most {
-            return Ok(());
-        }
-        let text =
-            format!("environment {row} may have {most} weeds, as its scenario has, got {weeds}");
-        Err(Fault::BadConfig { text })
+    /// Most weeds that an environment may have.
+    pub(crate) fn most_weeds(&self) -> u64 {
+        self.most_weeds as u64
     }
 
     /// What every row perceives: what is new, or all of it if another episode has begun, as `has_begun` says of episodes that

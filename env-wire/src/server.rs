@@ -246,6 +246,12 @@ impl ServerSessions {
         is_due.then_some(self.due_ms).into_iter().chain(first_ended).min()
     }
 
+    /// Whether there is a session of this name.
+    #[must_use]
+    pub fn is_open(&self, sid: u128) -> bool {
+        self.sessions.contains_key(&sid)
+    }
+
     /// What the server does at present.
     #[must_use]
     pub fn stats(&self, now_ms: u64) -> StatsReply {
@@ -337,6 +343,7 @@ impl ServerSessions {
     /// A session for this nonce: the one that it has, or else a new one.
     fn open(&mut self, asked: Asked, message: &[u8], payload: &[u8]) -> Result<(), Fault> {
         let open: Open = codec::read(payload)?;
+        open.check_client()?;
         let request = digest(message);
         if let Some(sid) = self.sid_of_nonce.get(&open.nonce) {
             if let Some(tombstone) = self.tombstones.get(sid) {

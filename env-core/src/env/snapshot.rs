@@ -42,6 +42,7 @@ pub enum SnapshotError {
     Limits,
 }
 
+// `weeds_in` reads the fields as far as the weeds.
 #[derive(Serialize, Deserialize)]
 struct State {
     version: u32,
@@ -60,6 +61,21 @@ struct State {
     weed_of: Vec<u32>,
     episode: Episode,
     are_limits_lifted: bool,
+}
+
+/// Number of weeds in a snapshot that is not restored; it may be damaged all the same.
+///
+/// # Errors
+///
+/// [`SnapshotError`] if it does not begin as one of this version does.
+pub fn weeds_in(snapshot: &[u8]) -> Result<u64, SnapshotError> {
+    type Head = (u32, [u8; 32], u64, u64, u64);
+    let (version, _) = postcard::take_from_bytes::<u32>(snapshot).map_err(damaged)?;
+    if version != VERSION {
+        return Err(SnapshotError::Version { got: version });
+    }
+    let ((.., weeds), _) = postcard::take_from_bytes::<Head>(snapshot).map_err(damaged)?;
+    Ok(weeds)
 }
 
 impl Env {

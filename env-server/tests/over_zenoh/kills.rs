@@ -248,6 +248,7 @@ fn a_client_may_be_killed_and_its_place_is_free_after_the_grace_and_its_memory_t
     let server = Running::start(&["--max-sessions", "8", "--grace-ms", &grace]);
     let observer = Client::new(&server.endpoint);
     let (mut slowest_ms, mut settled) = (0, None);
+    let unused = server.memory_bytes();
     for batch in 0..batches {
         let start =
             |place| ClientProcess::start(&server.endpoint, 1 + batch * TOGETHER + place, 10_000);
@@ -269,14 +270,17 @@ fn a_client_may_be_killed_and_its_place_is_free_after_the_grace_and_its_memory_t
         "{} kills of a client: every place free within {slowest_ms} ms, with a grace of {GRACE_MS} ms",
         batches * TOGETHER
     ));
-    if let (Some(before), Some(after)) = (settled, server.memory_bytes()) {
+    if let (Some(unused), Some(before), Some(after)) = (unused, settled, server.memory_bytes()) {
         let (grown, before) = (after as f64 / before as f64, before >> 10);
         // Few kills tell little of memory.
         assert!(grown <= if batches > 5 { 1.05 } else { 1.5 }, "{grown} times {before} KiB");
         measured(&format!(
-            "the server's memory: {before} KiB after the first {} of these kills, {} KiB after the last: {grown:.3} times",
+            "the server's memory: {} KiB before the first client, {before} KiB after the first {} of these kills, {} KiB \
+             after the last; the last is {grown:.3} times the one after the first {}",
+            unused >> 10,
             first * TOGETHER,
-            after >> 10
+            after >> 10,
+            first * TOGETHER
         ));
     }
 }

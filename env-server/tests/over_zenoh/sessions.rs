@@ -3,11 +3,12 @@
 use std::time::Duration;
 
 use crate::common::{Client, Opened, Running, batch, fault_of, header, payload};
+use swath_server::clock::Clock;
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Verb};
 use swath_wire::hosted::Hosted;
-use swath_wire::message::{CloseReply, Limits, Open, StatsReply};
+use swath_wire::message::{CloseReply, Limits, Open, Reset, Seeds, StatsReply};
 use zenoh::Wait as _;
 use zenoh::query::ConsolidationMode;
 
@@ -54,9 +55,13 @@ fn a_client_that_does_not_read_holds_up_nobody_else() {
         .map(|nonce| {
             let session = deaf.open(&batch(nonce, 4096)).unwrap();
             let reset = session.reset(1, 7);
+            // What is asked again keeps no worker busy.
+            deaf.ask(Verb::Reset, &reset).unwrap();
             (session, reset)
         })
         .collect();
+    let small = deaf.open(&batch(30, 1)).unwrap();
+    deaf.ask(Verb::Reset, &small.reset(1, 7)).unwrap();
     // The first reply keeps Zenoh's thread; the next ones fill every buffer on the way.
     let (wake, sleep) = std::sync::mpsc::channel::<()>();
     let sleep = std::sync::Mutex::new(sleep);
@@ -74,10 +79,28 @@ fn a_client_that_does_not_read_holds_up_nobody_else() {
             unheard.wait().unwrap();
         }
     }
+    // And short things, with a session, without one and with one that is not there: its connection is full for these too.
     let client = Client::new(&server.endpoint);
     let spec = codec::write_empty(&header(Verb::Spec));
+    let unknown = Header { sid: 99, ..small.header(Verb::Close, 0) };
+    let unheard = |verb: Verb, message: &[u8]| {
+        let key = format!("swath/v1/default/rpc/{}", verb.name());
+        let query = deaf.session.get(key).payload(message).consolidation(ConsolidationMode::None);
+        query.callback(|_| ()).wait().unwrap();
+    };
+    unheard(Verb::Step, &small.step(2, &[0.5]));
+    for _ in 0..20 {
+        unheard(Verb::Step, &small.step(2, &[0.5]));
+        unheard(Verb::Step, b"garbage");
+        unheard(Verb::Stats, &codec::write_empty(&header(Verb::Stats)));
+        unheard(Verb::Spec, &spec);
+        unheard(Verb::Close, &codec::write_empty(&unknown));
+    }
+    // Sooner than Zenoh gives up who does not read.
     client.ask_within(Duration::from_secs(2), Verb::Spec, &spec).unwrap();
+    let clock = Clock::start();
     let session = client.open(&batch(2, 1)).unwrap();
+    assert!(clock.now_ms() < 2_000, "{} ms", clock.now_ms());
     client.ask_within(Duration::from_secs(2), Verb::Reset, &session.reset(1, 7)).unwrap();
     for seq in 2..100 {
         let step = session.step(seq, &[0.5]);
@@ -90,6 +113,41 @@ fn a_client_that_does_not_read_holds_up_nobody_else() {
         assert!(reply.len() > 500_000);
     }
     drop(wake);
+}
+
+#[test]
+fn what_waits_for_a_client_that_does_not_read_keeps_no_request_in_memory() {
+    const ENVS: u32 = 4096;
+    const QUERIES: u64 = 150;
+    let server = Running::start(&[]);
+    let deaf = Client::new(&server.endpoint);
+    let session = deaf.open(&batch(1, ENVS)).unwrap();
+    let ten = [1_f64; 20].map(f64::to_le_bytes).concat();
+    let weeds = vec![Some(&ten[..]); ENVS as usize];
+    let reset = Reset { seeds: Seeds::One(7), mask: &[], weeds };
+    let reset = codec::write(&session.header(Verb::Reset, 1), &reset).unwrap();
+    assert!(deaf.ask(Verb::Reset, &reset).unwrap().len() > 500_000);
+    let before = server.memory_bytes();
+    let (wake, sleep) = std::sync::mpsc::channel::<()>();
+    let sleep = std::sync::Mutex::new(sleep);
+    let sleep = std::sync::Arc::new(sleep);
+    for _ in 0..QUERIES {
+        let sleep = std::sync::Arc::clone(&sleep);
+        let heard = move |_| {
+            let _ = sleep.lock().unwrap().recv();
+        };
+        let query = deaf.session.get("swath/v1/default/rpc/reset").payload(&reset);
+        query.consolidation(ConsolidationMode::None).callback(heard).wait().unwrap();
+    }
+    // What came last is looked at last.
+    let client = Client::new(&server.endpoint);
+    client.spec().unwrap();
+    let after = server.memory_bytes();
+    drop(wake);
+    if let (Some(before), Some(after)) = (before, after) {
+        let (grown, sent) = (after.saturating_sub(before), QUERIES * reset.len() as u64);
+        assert!(grown < sent / 3, "{grown} bytes of {sent}");
+    }
 }
 
 #[test]
@@ -114,6 +172,18 @@ fn a_server_that_is_full_says_so_until_a_session_ends() {
     client.open(&batch(2, 1)).unwrap();
     let full = client.open(&batch(3, 1)).map(|opened| opened.reply.sid);
     assert_eq!(full, Err(Fault::Capacity { used: 2, most: 2 }));
+    client.ask(Verb::Close, &first.close()).unwrap();
+    client.open(&batch(3, 1)).unwrap();
+}
+
+#[test]
+fn all_sessions_share_the_room_for_cells_until_one_ends() {
+    // A pasture has 4000 cells.
+    let server = Running::start(&["--max-all-cells", "6000"]);
+    let client = Client::new(&server.endpoint);
+    let first = client.open(&batch(1, 1)).unwrap();
+    let full = client.open(&batch(2, 1)).map(|opened| opened.reply.sid);
+    assert_eq!(full, Err(Fault::Capacity { used: 4000, most: 6000 }));
     client.ask(Verb::Close, &first.close()).unwrap();
     client.open(&batch(3, 1)).unwrap();
 }

@@ -54,6 +54,15 @@ fn client() -> ClientSession {
     client
 }
 
+#[test]
+fn a_name_that_a_server_would_not_take_is_not_even_sent() {
+    let mut client = ClientSession::new(OPTIONS);
+    let named = Open { client: "a\tb".to_owned(), ..open() };
+    let text = "`client` must be at most 64 printable characters, got \"a\\tb\"".to_owned();
+    assert_eq!(client.open(0, &named), Err(ClientError::Fault(Fault::BadConfig { text })));
+    client.open(0, &open()).unwrap();
+}
+
 fn step(client: &mut ClientSession, now_ms: u64) -> Result<(), ClientError> {
     client.call(now_ms, Verb::Step, &Step { actions: vec![&[1]] })
 }

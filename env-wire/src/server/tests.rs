@@ -65,6 +65,10 @@ impl Bench {
 }
 
 fn open(nonce: u128, config: &str) -> Vec<u8> {
+    open_of(nonce, config, "test")
+}
+
+fn open_of(nonce: u128, config: &str, client: &str) -> Vec<u8> {
     let header = Header { boot_id: 0, sid: 0, seq: 0, kind: Kind::Request(Verb::Open) };
     let open = Open {
         nonce,
@@ -76,7 +80,7 @@ fn open(nonce: u128, config: &str) -> Vec<u8> {
         infos: true,
         snapshot: None,
         percept: false,
-        client: "test".to_owned(),
+        client: client.to_owned(),
     };
     codec::write(&header, &open).unwrap()
 }
@@ -183,6 +187,25 @@ fn an_open_that_comes_again_is_the_same_session() {
     assert_eq!(bench.ask(3, Verb::Open, &open(9, "{}")), [replied(3, b"opened")]);
     assert_eq!(fault(&bench.ask(3, Verb::Open, &open(9, "[]"))), Fault::SeqReuse { seq: 0 });
     assert_eq!(bench.server.stats(3).sessions, 1);
+}
+
+#[test]
+fn a_client_has_a_short_name_in_one_line() {
+    let mut bench = Bench::new(Limits::default());
+    for (client, got) in [
+        ("a".repeat(65), "65 characters"),
+        ("two\nlines".to_owned(), "\"two\\nlines\""),
+        ("\x1b[2J".to_owned(), "\"\\u{1b}[2J\""),
+    ] {
+        let text = format!("`client` must be at most 64 printable characters, got {got}");
+        let said = bench.ask(0, Verb::Open, &open_of(1, "{}", &client));
+        assert_eq!(fault(&said), Fault::BadConfig { text });
+    }
+    assert_eq!(bench.server.stats(0).sessions, 0);
+    let longest = "\u{e9}".repeat(64);
+    let said = bench.ask(0, Verb::Open, &open_of(1, "{}", &longest));
+    assert!(matches!(said[..], [ServerOutput::Start(_)]));
+    assert_eq!(bench.server.stats(0).open[0].client, longest);
 }
 
 #[test]

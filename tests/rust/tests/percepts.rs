@@ -349,11 +349,12 @@ fn more_weeds_than_percepts_have_room_for_are_refused_and_nothing_changes() {
     let before = state(&mut hosted);
     let weeds = [Point::new(1.0, 1.0), Point::new(2.0, 1.0)];
     let table = bytes_of(weeds.iter().flat_map(|weed| [weed.x, weed.y]));
-    let text = "environment 0 may have 1 weeds, as its scenario has, got 2";
+    let text = "`weeds[0]` must be at most 1 with `percept`, got 2";
     let many = Reset { weeds: vec![Some(&table)], ..reset };
     assert_eq!(ask(&mut hosted, Verb::Reset, &many).unwrap_err().to_string(), text);
     env.reset_from(5, Beginning { weeds: Some(&weeds), start: None });
     let restore = Restore { env: Some(0), data: &env.snapshot() };
+    let text = "`snapshot` must have at most 1 weeds in environment 0 with `percept`, got 2";
     assert_eq!(ask(&mut hosted, Verb::Restore, &restore).unwrap_err().to_string(), text);
     assert_eq!(state(&mut hosted), before);
 }

@@ -10,13 +10,14 @@ use swath_tests::columns::Columns;
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Kind, Verb};
-use swath_wire::hosted::{Bounds, ENV_ID, Hosted, state_hash};
+use swath_wire::hosted::{ENV_ID, Hosted, state_hash};
 use swath_wire::message::{
     AutoresetMode, Limits, Open, Reset, ResetReply, Restore, Seeds, Snapshot, SnapshotReply, Step,
     StepReply,
 };
 use swath_wire::numbers::bytes_of;
 use swath_wire::received::{EndedMut, read_reset, read_step};
+use swath_wire::room::{Bounds, Room};
 
 const ROWS: usize = 5;
 
@@ -227,6 +228,10 @@ fn what_cannot_be_opened_is_refused_by_name() {
     assert!(refused(|open| open.snapshot = Some(b"none")).starts_with("`snapshot` must be"));
 }
 
+fn opened_within(open: &Open, limits: &Limits, bounds: Bounds) -> Result<Hosted, Fault> {
+    Hosted::open_in(open, limits, &Room::new(bounds, Bounds::OF_ALL), 1)
+}
+
 #[test]
 fn environments_that_are_too_large_together_are_refused_before_they_are_built() {
     let scenario = Scenario::default();
@@ -236,7 +241,7 @@ fn environments_that_are_too_large_together_are_refused_before_they_are_built() 
     let ask = |open: &Open, bounds| {
         let mut text = String::new();
         let used = measure(|| {
-            text = match Hosted::open_within(open, &limits, bounds, 1) {
+            text = match opened_within(open, &limits, bounds) {
                 Ok(_) => String::new(),
                 Err(fault) => fault.to_string(),
             };
@@ -258,21 +263,122 @@ fn environments_that_are_too_large_together_are_refused_before_they_are_built() 
     // So are replies that would be too long.
     let short = Limits { max_msg: 1_000_000, ..limits };
     let mut fault = None;
-    let used = measure(|| fault = Hosted::open_within(&many, &short, bounds, 1).err());
+    let used = measure(|| fault = opened_within(&many, &short, bounds).err());
     assert!(matches!(fault, Some(Fault::TooLarge { limit: 1_000_000, .. })), "{fault:?}");
     assert!(used.bytes_max < 1_000_000, "{used:?}");
     let few = Open { num_envs: 5, ..many };
     let bounds = Bounds { max_weeds: 200, ..bounds };
-    let mut hosted = Hosted::open_within(&few, &limits, bounds, 1).unwrap();
+    let mut hosted = opened_within(&few, &limits, bounds).unwrap();
     let table = bytes_of([1.0; 2 * 41]);
     let reset = Reset { seeds: Seeds::One(1), mask: &[], weeds: vec![Some(&table)] };
     let fault = ask_for(&mut hosted, &reset).unwrap_err();
     assert_eq!(
         fault.to_string(),
-        "`weeds` must be at most 200 in all environments of a session together, got 205"
+        "`weeds` must leave at most 200 weeds in all environments of a session together, each counted with the most \
+         that it has had, got 205"
     );
     let one = Reset { mask: &[1, 0, 0, 0, 0], ..reset };
     assert!(matches!(ask_for(&mut hosted, &one), Err(Fault::NotReset { env: 1, .. })));
+}
+
+#[test]
+fn weeds_do_not_pile_up_over_resets_of_a_part_nor_restores_nor_opens() {
+    let mut scenario = scenario(ActionKind::Steer, ObservationKind::Features);
+    scenario.weeds.count = 4;
+    let open = open(&scenario, AutoresetMode::NextStep);
+    let bounds = Bounds { max_cells: 1 << 28, max_weeds: 60 };
+    let opened = |open: &Open, bounds| opened_within(open, &Limits::default(), bounds);
+    let mut hosted = opened(&open, bounds).unwrap();
+    let all = Reset { seeds: Seeds::One(1), mask: &[], weeds: Vec::new() };
+    ask_for(&mut hosted, &all).unwrap();
+    // 40 in one environment and 4 in each of the others; then 40 in a second one.
+    let table = bytes_of([1.0; 2 * 40]);
+    let one = |mask| Reset { mask, weeds: vec![Some(&table)], ..all.clone() };
+    ask_for(&mut hosted, &one(&[1, 0, 0, 0, 0])).unwrap();
+    let before = state_of(&mut hosted, None);
+    let refused = |result: Result<Vec<u8>, Fault>, field: &str| {
+        let text = format!(
+            "`{field}` must leave at most 60 weeds in all environments of a session together, each counted with the \
+             most that it has had, got 92"
+        );
+        assert_eq!(result.unwrap_err().to_string(), text);
+    };
+    refused(ask_for(&mut hosted, &one(&[0, 1, 0, 0, 0])), "weeds");
+    // So it is with one row's snapshot, restored into another, and with all rows at once.
+    let row = state_of(&mut hosted, Some(0));
+    let second = Restore { env: Some(1), data: &row };
+    refused(ask(&mut hosted, Verb::Restore, &second), "snapshot");
+    let mut wide = opened(&open, Bounds { max_weeds: 92, ..bounds }).unwrap();
+    ask_for(&mut wide, &all).unwrap();
+    ask_for(&mut wide, &one(&[1, 1, 0, 0, 0])).unwrap();
+    let snapshot = state_of(&mut wide, None);
+    let whole = Restore { env: None, data: &snapshot };
+    refused(ask(&mut hosted, Verb::Restore, &whole), "snapshot");
+    assert_eq!(state_of(&mut hosted, None), before);
+    let begun = Open { snapshot: Some(&snapshot), ..open };
+    refused(opened(&begun, bounds).map(|_| Vec::new()), "snapshot");
+    assert!(opened(&begun, Bounds { max_weeds: 92, ..bounds }).is_ok());
+    // What has held many weeds keeps the memory for them.
+    ask_for(&mut hosted, &all).unwrap();
+    refused(ask_for(&mut hosted, &one(&[0, 1, 0, 0, 0])), "weeds");
+    ask_for(&mut hosted, &one(&[1, 0, 0, 0, 0])).unwrap();
+}
+
+#[test]
+fn all_sessions_together_have_so_many_cells_and_weeds_and_no_more() {
+    let mut scenario = scenario(ActionKind::Steer, ObservationKind::Features);
+    scenario.weeds.count = 4;
+    let open = open(&scenario, AutoresetMode::NextStep);
+    let told = Open { percept: true, ..open.clone() };
+    // Five pastures of 100 m by 40 m: three sessions, or one and another one with percepts.
+    let all = Bounds { max_cells: 60_000, max_weeds: 100 };
+    let room = Room::new(Bounds::OF_SESSION, all);
+    let opened = |open: &Open| Hosted::open_in(open, &Limits::default(), &room, 1);
+    let mut first = opened(&open).unwrap();
+    let second = opened(&told).unwrap();
+    let full = opened(&open).unwrap_err();
+    assert_eq!(full, Fault::Capacity { used: 60_000, most: 60_000 });
+    drop(second);
+    let second = opened(&open).unwrap();
+    assert_eq!(opened(&told).unwrap_err(), Fault::Capacity { used: 40_000, most: 60_000 });
+    // What could never be there is told so.
+    let text = Open { num_envs: 16, ..open.clone() };
+    assert_eq!(
+        opened(&text).unwrap_err().to_string(),
+        "`num_envs` x the cells of the pasture, each 1 m by 1 m, must be at most 60000 on this server, got 64000"
+    );
+    // 20 weeds each so far; resets and restores are charged as well.
+    let table = bytes_of([1.0; 2 * 70]);
+    let reset = Reset { seeds: Seeds::One(1), mask: &[], weeds: Vec::new() };
+    ask_for(&mut first, &reset).unwrap();
+    let before = state_of(&mut first, None);
+    let one = Reset { mask: &[1, 0, 0, 0, 0], weeds: vec![Some(&table)], ..reset.clone() };
+    let fault = ask_for(&mut first, &one).unwrap_err();
+    assert_eq!(fault, Fault::Capacity { used: 40, most: 100 });
+    let mut alone = Hosted::open(&open, &Limits::default(), 1).unwrap();
+    ask_for(&mut alone, &reset).unwrap();
+    ask_for(&mut alone, &one).unwrap();
+    let many = state_of(&mut alone, Some(0));
+    let restore = Restore { env: Some(0), data: &many };
+    assert_eq!(
+        ask(&mut first, Verb::Restore, &restore),
+        Err(Fault::Capacity { used: 40, most: 100 })
+    );
+    assert_eq!(state_of(&mut first, None), before);
+    // A snapshot that cannot be restored takes no room.
+    let mut damaged = many.clone();
+    *damaged.last_mut().unwrap() ^= 1;
+    drop(second);
+    ask(&mut first, Verb::Restore, &Restore { data: &damaged, ..restore.clone() }).unwrap_err();
+    let second = opened(&open).unwrap();
+    drop(second);
+    ask_for(&mut first, &one).unwrap();
+    assert_eq!(opened(&open).unwrap_err(), Fault::Capacity { used: 86, most: 100 });
+}
+
+fn state_of(hosted: &mut Hosted, env: Option<u32>) -> Vec<u8> {
+    let reply = ask(hosted, Verb::Snapshot, &Snapshot { env }).unwrap();
+    codec::read::<SnapshotReply>(&reply).unwrap().data.to_vec()
 }
 
 fn ask_for(hosted: &mut Hosted, reset: &Reset) -> Result<Vec<u8>, Fault> {
@@ -301,7 +407,11 @@ fn a_refused_request_leaves_every_environment_as_it_was() {
         (ask(&mut hosted, Verb::Reset, &Reset { mask: &[1, 0], ..reset.clone() }), "not a request"),
         (
             ask(&mut hosted, Verb::Restore, &Restore { env: Some(7), data: b"" }),
-            "`row` must be from 0 to 4, got 7",
+            "`env` must be from 0 to 4, got 7",
+        ),
+        (
+            ask(&mut hosted, Verb::Snapshot, &Snapshot { env: Some(5) }),
+            "`env` must be from 0 to 4, got 5",
         ),
         (
             ask(&mut hosted, Verb::Restore, &Restore { env: None, data: b"x" }),
