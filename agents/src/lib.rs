@@ -22,6 +22,7 @@
 //! ```
 
 pub mod agent;
+mod horizon;
 pub mod pass;
 pub mod registry;
 pub mod route;

@@ -1,0 +1,268 @@
+//! The ground that is still to be searched, and how much of it a plan will show.
+
+use swath_core::geometry::{Pose, shortest};
+use swath_core::site::Site;
+
+use super::spot::Spot;
+
+/// Side of a cell, metres; a pasture that would have more than so many cells has larger ones.
+const CELL_M: f64 = 0.5;
+const MOST_CELLS: f64 = 65_536.0;
+/// Spacing of the looks that a plan is judged by, metres; the mower looks more often than that.
+const SPACING_M: f64 = 1.0;
+
+/// A border of a piece of ground in the mower's frame: inside, `at + ahead * a + left * l` is not negative.
+#[derive(Debug, Clone, Copy)]
+struct Border {
+    at_m: f32,
+    ahead: f32,
+    left: f32,
+}
+
+/// Cells of the pasture. One is open until the whole of it was inside of the triangle at a look, or its centre under the bar
+/// with its corners at the sides: then no weed is hidden in it.
+#[derive(Debug, Clone)]
+pub(super) struct OpenGround {
+    columns: usize,
+    rows: usize,
+    cell_x_m: f32,
+    cell_y_m: f32,
+    is_open: Vec<bool>,
+    open: usize,
+    /// How many looks of the plan will show each cell, and how many open cells none will.
+    looks: Vec<u16>,
+    missed: usize,
+    triangle: [Border; 3],
+    range_m: f32,
+    corner_m: f32,
+    half_deck_m: f32,
+}
+
+impl OpenGround {
+    #[expect(clippy::cast_possible_truncation, reason = "single precision is what is wanted")]
+    pub(super) fn new(site: &Site) -> Self {
+        let side_m = (site.length_m * site.width_m / MOST_CELLS).sqrt().max(CELL_M);
+        let count = |size_m: f64| swath_core::math::floor_index((size_m / side_m - 1e-9).ceil()).max(1);
+        let (columns, rows) = (count(site.length_m), count(site.width_m));
+        let range_m = site.sensor_range_m as f32;
+        let side = (0.5 * site.sensor_width_m / site.sensor_range_m) as f32;
+        Self {
+            columns,
+            rows,
+            cell_x_m: (site.length_m / columns as f64) as f32,
+            cell_y_m: (site.width_m / rows as f64) as f32,
+            is_open: vec![true; columns * rows],
+            open: columns * rows,
+            looks: vec![0; columns * rows],
+            missed: columns * rows,
+            triangle: [
+                Border { at_m: range_m, ahead: -1.0, left: 0.0 },
+                Border { at_m: 0.0, ahead: side, left: -1.0 },
+                Border { at_m: 0.0, ahead: side, left: 1.0 },
+            ],
+            range_m,
+            corner_m: range_m * (1.0 + side * side).sqrt(),
+            half_deck_m: (0.5 * site.deck_width_m) as f32,
+        }
+    }
+
+    /// Number of open cells.
+    pub(super) fn open(&self) -> usize {
+        self.open
+    }
+
+    /// Number of open cells that the plan will not show.
+    pub(super) fn missed(&self) -> usize {
+        self.missed
+    }
+
+    /// The centre of the `index`-th of the open cells that the plan will not show, metres.
+    pub(super) fn missed_at(&self, index: usize) -> (f32, f32) {
+        let is_missed = |cell: &usize| self.is_open[*cell] && self.looks[*cell] == 0;
+        let cell = (0..self.looks.len()).filter(is_missed).nth(index).expect("so many are missed");
+        let (column, row) = (cell % self.columns, cell / self.columns);
+        ((column as f32 + 0.5) * self.cell_x_m, (row as f32 + 0.5) * self.cell_y_m)
+    }
+
+    /// Takes note of a look. `late_m` is how far the mower may have driven since: so much less counts as seen.
+    pub(super) fn settle(&mut self, from: &Spot, late_m: f32) {
+        let mut triangle = self.triangle;
+        triangle.iter_mut().for_each(|border| border.at_m -= 1e-4 + late_m);
+        let bar = self.bar(0.2 + late_m);
+        let (shape, corner_m, deck_m) = (self.shape(), self.corner_m, self.half_deck_m + 0.5);
+        let Self { is_open, looks, open, missed, columns, .. } = &mut *self;
+        let (columns, mut settled, mut found) = (*columns, 0, 0);
+        let mut settle = |row: usize, first: usize, end: usize| {
+            let cells = row * columns + first..row * columns + end;
+            for (is_open, looks) in is_open[cells.clone()].iter_mut().zip(&looks[cells]) {
+                settled += usize::from(*is_open);
+                found += usize::from(*is_open && *looks == 0);
+                *is_open = false;
+            }
+        };
+        shape.for_each_row(from, &triangle, corner_m, true, &mut settle);
+        shape.for_each_row(from, &bar, deck_m, false, &mut settle);
+        *open -= settled;
+        *missed -= found;
+    }
+
+    /// Forgets the plan.
+    pub(super) fn forget_looks(&mut self) {
+        self.looks.fill(0);
+        self.missed = self.open;
+    }
+
+    /// Adds the looks on the shortest way from one spot to another, that at its end included.
+    pub(super) fn add_leg(&mut self, from: &Spot, to: &Spot, radius_m: f64) {
+        for_each_look(from, to, radius_m, |look| {
+            self.change(&look, |looks| {
+                *looks += 1;
+                i32::from(*looks == 1)
+            });
+        });
+    }
+
+    /// Takes them out again.
+    pub(super) fn remove_leg(&mut self, from: &Spot, to: &Spot, radius_m: f64) {
+        for_each_look(from, to, radius_m, |look| {
+            self.change(&look, |looks| {
+                *looks -= 1;
+                -i32::from(*looks == 0)
+            });
+        });
+    }
+
+    /// How many open cells that the plan will not show a look would show.
+    pub(super) fn gain(&self, from: &Spot) -> usize {
+        let mut gain = 0;
+        let shape = self.shape();
+        shape.for_each_row(from, &self.triangle, self.corner_m, true, &mut |row, first, end| {
+            let cells = row * self.columns + first..row * self.columns + end;
+            let both = self.is_open[cells.clone()].iter().zip(&self.looks[cells]);
+            gain += both.filter(|&(is_open, looks)| *is_open && *looks == 0).count();
+        });
+        gain
+    }
+
+    /// Depth of the triangle, metres.
+    pub(super) fn range_m(&self) -> f32 {
+        self.range_m
+    }
+
+    fn shape(&self) -> Shape {
+        Shape { columns: self.columns, rows: self.rows, cell_m: (self.cell_x_m, self.cell_y_m) }
+    }
+
+    /// The ground under the bar, so far behind and ahead, in which a cell's centre lies whose corners are under it too.
+    fn bar(&self, reach_m: f32) -> [Border; 4] {
+        let side_m = self.half_deck_m - 0.5 * self.cell_x_m.hypot(self.cell_y_m);
+        [
+            Border { at_m: reach_m, ahead: 1.0, left: 0.0 },
+            Border { at_m: reach_m, ahead: -1.0, left: 0.0 },
+            Border { at_m: side_m, ahead: 0.0, left: 1.0 },
+            Border { at_m: side_m, ahead: 0.0, left: -1.0 },
+        ]
+    }
+
+    /// Changes how often each cell that a look shows is shown; `change` returns by how many the cells shown grow.
+    fn change(&mut self, look: &Spot, mut change: impl FnMut(&mut u16) -> i32) {
+        let bar = self.bar(0.6);
+        let shape = self.shape();
+        let (triangle, corner_m, reach_m) = (self.triangle, self.corner_m, self.half_deck_m + 1.0);
+        let Self { is_open, looks, missed, columns, .. } = self;
+        let mut shown = 0;
+        let mut visit = |row: usize, first: usize, end: usize| {
+            let cells = row * *columns + first..row * *columns + end;
+            for (is_open, looks) in is_open[cells.clone()].iter().zip(&mut looks[cells]) {
+                shown += change(looks) * i32::from(*is_open);
+            }
+        };
+        shape.for_each_row(look, &triangle, corner_m, true, &mut visit);
+        shape.for_each_row(look, &bar, reach_m, false, &mut visit);
+        *missed = missed.checked_add_signed(-(shown as isize)).expect("no more are shown than there are");
+    }
+}
+
+/// How the pasture is cut.
+struct Shape {
+    columns: usize,
+    rows: usize,
+    cell_m: (f32, f32),
+}
+
+impl Shape {
+    /// Calls `visit` with a row, its first column and the end of its columns, for the cells whose centre lies within borders,
+    /// or all of which do; no part of the ground within is farther than `reach_m` away.
+    #[inline]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "casts saturate")]
+    fn for_each_row<const BORDERS: usize>(
+        &self,
+        from: &Spot,
+        borders: &[Border; BORDERS],
+        reach_m: f32,
+        is_whole: bool,
+        visit: &mut impl FnMut(usize, usize, usize),
+    ) {
+        let (cell_x_m, cell_y_m) = self.cell_m;
+        // In world axes, relative to the spot: at + x dx + y dy.
+        let borders = borders.map(|border| {
+            let x = border.ahead * from.cos - border.left * from.sin;
+            let y = border.ahead * from.sin + border.left * from.cos;
+            let rim = if is_whole { 0.5 * (x.abs() * cell_x_m + y.abs() * cell_y_m) } else { 0.0 };
+            (border.at_m - rim, x, y)
+        });
+        let first_row = ((from.y_m - reach_m) / cell_y_m).max(0.0) as usize;
+        let end_row = (((from.y_m + reach_m) / cell_y_m + 1.0).max(0.0) as usize).min(self.rows);
+        let slopes = borders.map(|(_, x, _)| if x.abs() < 1e-6 { 0.0 } else { 1.0 / x });
+        for row in first_row..end_row {
+            let dy_m = (row as f32 + 0.5) * cell_y_m - from.y_m;
+            let (mut low_m, mut high_m) = (-from.x_m, self.columns as f32 * cell_x_m - from.x_m);
+            for (&(at, _, y), &slope) in borders.iter().zip(&slopes) {
+                let here = at + y * dy_m;
+                let border_m = -here * slope;
+                if slope > 0.0 {
+                    low_m = low_m.max(border_m);
+                } else if slope < 0.0 {
+                    high_m = high_m.min(border_m);
+                } else if here < 0.0 {
+                    high_m = f32::NEG_INFINITY;
+                }
+            }
+            if low_m > high_m {
+                continue;
+            }
+            let first = ((low_m + from.x_m) / cell_x_m + 0.5) as usize;
+            let end = (((high_m + from.x_m) / cell_x_m + 0.5) as usize).min(self.columns);
+            if first < end {
+                visit(row, first, end);
+            }
+        }
+    }
+}
+
+/// Calls `visit` with the looks on the shortest way from one spot to another: every so often, and at its end.
+fn for_each_look(from: &Spot, to: &Spot, radius_m: f64, mut visit: impl FnMut(Spot)) {
+    along(&from.pose(), &to.pose(), radius_m, SPACING_M, |pose| visit(pose.into()));
+}
+
+/// Calls `visit` with poses on the shortest way from one pose to another: every so often from the start on, without it, and at
+/// the end.
+pub(super) fn along(
+    from: &Pose,
+    to: &Pose,
+    radius_m: f64,
+    spacing_m: f64,
+    mut visit: impl FnMut(Pose),
+) {
+    let path = shortest(*from, *to, radius_m).expect("a checked scenario has a turning radius");
+    let (mut start, mut next_m) = (*from, spacing_m);
+    for segment in path.segments() {
+        while next_m < segment.length_m {
+            visit(start.advanced(segment.curvature_per_m, next_m));
+            next_m += spacing_m;
+        }
+        start = start.advanced(segment.curvature_per_m, segment.length_m);
+        next_m -= segment.length_m;
+    }
+    visit(*to);
+}
