@@ -67,6 +67,8 @@ struct State {
     next_number: u32,
     fresh: Vec<KnownWeed>,
     known: usize,
+    /// Where the present straight began, and after how long a way.
+    straight: Option<(Spot, f64)>,
 }
 
 impl Horizon {
@@ -106,6 +108,7 @@ impl Horizon {
             next_number: 0,
             fresh: Vec::new(),
             known: 0,
+            straight: None,
         }
     }
 }
@@ -116,7 +119,21 @@ impl State {
         // Between two looks the mower has driven a little since the last one.
         let since_m = view.path_m.rem_euclid(PIECE_M);
         let late_m = if since_m < 1e-6 || since_m > PIECE_M - 1e-6 { 0.0 } else { since_m };
-        self.ground.settle(&Spot::from(view.pose), late_m as f32);
+        let here = Spot::from(view.pose);
+        self.ground.settle_look(&here, late_m as f32);
+        // A straight shows more than its single looks do: what lies beside it is seen piece by piece.
+        let is_straight = self.straight.is_some_and(|(start, _)| {
+            let (x_m, y_m) = (here.x_m - start.x_m, here.y_m - start.y_m);
+            (here.heading_rad - start.heading_rad).abs() < 1e-5 && (start.cos * y_m - start.sin * x_m).abs() < 1e-3
+        });
+        if let Some((start, start_m)) = self.straight.filter(|_| is_straight) {
+            let straight_m = (view.path_m - start_m) as f32;
+            let kept_m = straight_m.min(1.0 + self.ground.range_m());
+            let from = Spot { x_m: here.x_m - kept_m * start.cos, y_m: here.y_m - kept_m * start.sin, ..start };
+            self.ground.settle_straight(&from, kept_m);
+        } else {
+            self.straight = Some((here, view.path_m));
+        }
         let fresh = view.known_weeds.since(self.next_number);
         if let Some(last) = fresh.last() {
             self.next_number = last.number + 1;
@@ -157,7 +174,10 @@ impl State {
             let size_m = (site.length_m as f32, site.width_m as f32);
             let mut views = Views { plan: &mut self.plan, ground: &mut self.ground, size_m };
             views.look_along();
+            let lost = views.ground.missed(); let before = views.plan.length_m();
+            for _ in 0..150 { if views.ground.missed() == 0 { break } views.try_change(usize::MAX, 0.05, 10.0, rng); }
             views.complete(views::ADDED, rng);
+            if std::env::var("TRACE").is_ok() { eprintln!("{:.1} + {:.1} = {:.1}: missed {} now +{:.1} open {}", view.path_m, before, view.path_m + f64::from(before), lost, views.plan.length_m() - before, views.ground.open()); }
             let looks = if self.plans % ALL_LOOKS_EVERY == 0 { usize::MAX } else { NEXT_LOOKS };
             views.drop_from(0, looks);
             views.shift(looks, SHIFTS, rng);

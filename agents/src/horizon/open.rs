@@ -8,8 +8,10 @@ use super::spot::Spot;
 /// Side of a cell, metres; a pasture that would have more than so many cells has larger ones.
 const CELL_M: f64 = 0.5;
 const MOST_CELLS: f64 = 65_536.0;
-/// Spacing of the looks that a plan is judged by, metres; the mower looks more often than that.
-const SPACING_M: f64 = 1.0;
+/// Spacing of the looks by which a turn is judged, metres; the mower looks more often than that.
+const SPACING_M: f64 = 0.5;
+/// Way between two looks of the mower, metres: so much later than planned it may see something.
+const LATE_M: f32 = 0.2;
 
 /// A border of a piece of ground in the mower's frame: inside, `at + ahead * a + left * l` is not negative.
 #[derive(Debug, Clone, Copy)]
@@ -85,25 +87,50 @@ impl OpenGround {
     }
 
     /// Takes note of a look. `late_m` is how far the mower may have driven since: so much less counts as seen.
-    pub(super) fn settle(&mut self, from: &Spot, late_m: f32) {
-        let mut triangle = self.triangle;
-        triangle.iter_mut().for_each(|border| border.at_m -= 1e-4 + late_m);
+    pub(super) fn settle_look(&mut self, from: &Spot, late_m: f32) {
+        let triangle = self.triangle.map(|border| Border { at_m: border.at_m - 1e-4 - late_m, ..border });
         let bar = self.bar(0.2 + late_m);
-        let (shape, corner_m, deck_m) = (self.shape(), self.corner_m, self.half_deck_m + 0.5);
-        let Self { is_open, looks, open, missed, columns, .. } = &mut *self;
-        let (columns, mut settled, mut found) = (*columns, 0, 0);
-        let mut settle = |row: usize, first: usize, end: usize| {
-            let cells = row * columns + first..row * columns + end;
+        let (corner_m, deck_m) = (self.corner_m, self.half_deck_m + 0.5);
+        self.settle(from, &triangle, corner_m, true);
+        self.settle(from, &bar, deck_m, false);
+    }
+
+    /// Takes note of the looks on a straight.
+    pub(super) fn settle_straight(&mut self, from: &Spot, straight_m: f32) {
+        let seen = self.seen_on_straight(straight_m);
+        self.settle(from, &seen, self.corner_m + straight_m, true);
+    }
+
+    fn settle<const BORDERS: usize>(
+        &mut self,
+        from: &Spot,
+        borders: &[Border; BORDERS],
+        reach_m: f32,
+        is_whole: bool,
+    ) {
+        let shape = self.shape();
+        let Self { is_open, looks, open, missed, columns, .. } = self;
+        shape.for_each_row(from, borders, reach_m, is_whole, &mut |row, first, end| {
+            let cells = row * *columns + first..row * *columns + end;
             for (is_open, looks) in is_open[cells.clone()].iter_mut().zip(&looks[cells]) {
-                settled += usize::from(*is_open);
-                found += usize::from(*is_open && *looks == 0);
+                *open -= usize::from(*is_open);
+                *missed -= usize::from(*is_open && *looks == 0);
                 *is_open = false;
             }
-        };
-        shape.for_each_row(from, &triangle, corner_m, true, &mut settle);
-        shape.for_each_row(from, &bar, deck_m, false, &mut settle);
-        *open -= settled;
-        *missed -= found;
+        });
+    }
+
+    /// What is certainly seen on a straight, wherever on it the mower looks.
+    fn seen_on_straight(&self, straight_m: f32) -> [Border; 5] {
+        let [far, left, right] = self.planned_triangle();
+        let side_m = self.triangle[1].ahead * (self.range_m - LATE_M);
+        [
+            Border { at_m: far.at_m + straight_m, ..far },
+            left,
+            right,
+            Border { at_m: side_m, ahead: 0.0, left: 1.0 },
+            Border { at_m: side_m, ahead: 0.0, left: -1.0 },
+        ]
     }
 
     /// Forgets the plan.
@@ -112,31 +139,57 @@ impl OpenGround {
         self.missed = self.open;
     }
 
-    /// Adds the looks on the shortest way from one spot to another, that at its end included.
+    /// Adds what is seen on the shortest way from one spot to another.
     pub(super) fn add_leg(&mut self, from: &Spot, to: &Spot, radius_m: f64) {
-        for_each_look(from, to, radius_m, |look| {
-            self.change(&look, |looks| {
-                *looks += 1;
-                i32::from(*looks == 1)
-            });
+        self.change_leg(from, to, radius_m, |looks| {
+            *looks += 1;
+            i32::from(*looks == 1)
         });
     }
 
-    /// Takes them out again.
+    /// Takes it out again.
     pub(super) fn remove_leg(&mut self, from: &Spot, to: &Spot, radius_m: f64) {
-        for_each_look(from, to, radius_m, |look| {
-            self.change(&look, |looks| {
-                *looks -= 1;
-                -i32::from(*looks == 0)
-            });
+        self.change_leg(from, to, radius_m, |looks| {
+            *looks -= 1;
+            -i32::from(*looks == 0)
         });
+    }
+
+    /// Straights are seen from as a whole, turns from a few spots.
+    fn change_leg(
+        &mut self,
+        from: &Spot,
+        to: &Spot,
+        radius_m: f64,
+        mut change: impl FnMut(&mut u16) -> i32,
+    ) {
+        let path = shortest(from.pose(), to.pose(), radius_m)
+            .expect("a checked scenario has a turning radius");
+        let mut start = from.pose();
+        for segment in path.segments() {
+            if segment.length_m <= 0.0 {
+                continue;
+            }
+            if segment.curvature_per_m == 0.0 {
+                #[expect(clippy::cast_possible_truncation, reason = "single precision is enough")]
+                self.change(&start.into(), segment.length_m as f32, &mut change);
+            } else {
+                let looks = swath_core::math::floor_index(segment.length_m / SPACING_M) + 1;
+                let apart_m = segment.length_m / looks as f64;
+                for look in 1..=looks {
+                    let at = start.advanced(segment.curvature_per_m, apart_m * look as f64);
+                    self.change(&at.into(), 0.0, &mut change);
+                }
+            }
+            start = start.advanced(segment.curvature_per_m, segment.length_m);
+        }
     }
 
     /// How many open cells that the plan will not show a look would show.
     pub(super) fn gain(&self, from: &Spot) -> usize {
         let mut gain = 0;
         let shape = self.shape();
-        shape.for_each_row(from, &self.triangle, self.corner_m, true, &mut |row, first, end| {
+        shape.for_each_row(from, &self.planned_triangle(), self.corner_m, true, &mut |row, first, end| {
             let cells = row * self.columns + first..row * self.columns + end;
             let both = self.is_open[cells.clone()].iter().zip(&self.looks[cells]);
             gain += both.filter(|&(is_open, looks)| *is_open && *looks == 0).count();
@@ -164,11 +217,13 @@ impl OpenGround {
         ]
     }
 
-    /// Changes how often each cell that a look shows is shown; `change` returns by how many the cells shown grow.
-    fn change(&mut self, look: &Spot, mut change: impl FnMut(&mut u16) -> i32) {
-        let bar = self.bar(0.6);
+    /// Changes how often each cell is shown that is seen on a straight; `change` returns by how many the cells shown grow.
+    fn change(&mut self, from: &Spot, straight_m: f32, mut change: impl FnMut(&mut u16) -> i32) {
         let shape = self.shape();
-        let (triangle, corner_m, reach_m) = (self.triangle, self.corner_m, self.half_deck_m + 1.0);
+        let seen = self.seen_on_straight(straight_m);
+        let mut bar = self.bar(LATE_M + 0.5 * SPACING_M as f32);
+        bar[1].at_m += straight_m;
+        let (corner_m, reach_m) = (self.corner_m + straight_m, self.half_deck_m + 1.0 + straight_m);
         let Self { is_open, looks, missed, columns, .. } = self;
         let mut shown = 0;
         let mut visit = |row: usize, first: usize, end: usize| {
@@ -177,9 +232,20 @@ impl OpenGround {
                 shown += change(looks) * i32::from(*is_open);
             }
         };
-        shape.for_each_row(look, &triangle, corner_m, true, &mut visit);
-        shape.for_each_row(look, &bar, reach_m, false, &mut visit);
+        shape.for_each_row(from, &seen, corner_m, true, &mut visit);
+        shape.for_each_row(from, &bar, reach_m, false, &mut visit);
         *missed = missed.checked_add_signed(-(shown as isize)).expect("no more are shown than there are");
+    }
+
+    /// The triangle as far as it is certainly looked at from a planned spot.
+    fn planned_triangle(&self) -> [Border; 3] {
+        let [far, left, right] = self.triangle;
+        let late_m = LATE_M * self.triangle[1].ahead;
+        [
+            Border { at_m: far.at_m - LATE_M, ..far },
+            Border { at_m: -late_m, ..left },
+            Border { at_m: -late_m, ..right },
+        ]
     }
 }
 
@@ -238,11 +304,6 @@ impl Shape {
             }
         }
     }
-}
-
-/// Calls `visit` with the looks on the shortest way from one spot to another: every so often, and at its end.
-fn for_each_look(from: &Spot, to: &Spot, radius_m: f64, mut visit: impl FnMut(Spot)) {
-    along(&from.pose(), &to.pose(), radius_m, SPACING_M, |pose| visit(pose.into()));
 }
 
 /// Calls `visit` with poses on the shortest way from one pose to another: every so often from the start on, without it, and at

@@ -56,13 +56,63 @@ impl Views<'_> {
             }
         }
         self.look_along();
-        for _ in 0..ROUNDS {
-            self.complete(usize::MAX, rng);
-            self.drop_from(0, usize::MAX);
-            self.shift(usize::MAX, SHIFTS, rng);
+        let env = |name: &str, or: f64| std::env::var(name).map_or(or, |v| v.parse().unwrap());
+        self.complete(usize::MAX, rng);
+        let t = std::time::Instant::now();
+        eprintln!("begun {} looks {} m", self.plan.nodes.len(), self.plan.length_m());
+        let tries = env("TRIES", 20_000.0) as usize;
+        let (hot, cold) = (env("HOT", 1.0) as f32, env("COLD", 0.02) as f32);
+        let price = env("PRICE", 0.4) as f32;
+        let mut heat = hot;
+        for k in 0..tries {
+            heat *= (cold / hot).powf(1.0 / tries as f32);
+            self.try_change(usize::MAX, heat, price * (1.0 + 10.0 * k as f32 / tries as f32), rng);
+            if k % (tries / 5) == 0 { eprintln!("{k} {} looks {} m missed {}", self.plan.nodes.len(), self.plan.length_m(), self.ground.missed()); }
         }
         self.complete(usize::MAX, rng);
         self.drop_from(0, usize::MAX);
+        self.shift(usize::MAX, SHIFTS, rng);
+        eprintln!("end {} looks {} m missed {} {:?}", self.plan.nodes.len(), self.plan.length_m(), self.ground.missed(), t.elapsed());
+    }
+
+    /// Tries a change of one look.
+    pub(super) fn try_change(&mut self, next: usize, heat_m: f32, price_m: f32, rng: &mut StreamRng) {
+        let place = below(self.plan.nodes.len().min(next), rng);
+        if self.plan.nodes[place].weed.is_some() { return }
+        let spot = self.plan.nodes[place].spot;
+        let cost = |views: &Self| views.plan.length_m() + price_m * views.ground.missed() as f32;
+        let before_m = cost(self);
+        let kind = uniform(rng);
+        let chance = (uniform(rng) as f32).max(1e-9);
+        let limit_m = before_m - heat_m * chance.ln();
+        if kind < 0.9 {
+            let spread_m = if uniform(rng) < 0.5 { 0.5 } else { 2.0 };
+            let (x_m, y_m) = (spot.x_m + spread_m * bell(rng), spot.y_m + spread_m * bell(rng));
+            let turn = if uniform(rng) < 0.1 { 1.0 } else { 0.2 };
+            let moved = Spot::facing(x_m, y_m, cos_sin(spot.heading_rad + turn * bell(rng)));
+            if !self.allows(&moved) { return }
+            // Without a look at the ground first.
+            let to_m = self.plan.leg_m(self.plan.before(place), &moved);
+            let from_m = self.plan.after(place + 1).map_or(0.0, |after| self.plan.leg_m(&moved, after));
+            if before_m - self.around_m(place) + to_m + from_m - price_m * self.ground.missed() as f32 > limit_m { return }
+            self.change(place, place + 1, Some(moved));
+            if cost(self) > limit_m { self.change(place, place + 1, Some(spot)); }
+        } else if kind < 0.95 {
+            self.change(place, place + 1, None);
+            if cost(self) > limit_m { self.change(place, place, Some(spot)); }
+        } else if self.ground.missed() > 0 {
+            if let Some((place, spot)) = self.best_look(rng) {
+                self.change(place, place, Some(spot));
+                if cost(self) > limit_m { self.change(place, place + 1, None); }
+            }
+        } else {
+            // In the middle of a leg.
+            let Some(before) = place.checked_sub(1) else { return };
+            let before = self.plan.nodes[before].spot;
+            let middle = Spot::facing(0.5 * (before.x_m + spot.x_m) + bell(rng), 0.5 * (before.y_m + spot.y_m) + bell(rng), cos_sin(spot.heading_rad + bell(rng)));
+            self.change(place, place, Some(middle));
+            if cost(self) > limit_m { self.change(place, place + 1, None); }
+        }
     }
 
     /// Counts what the plan will show.
