@@ -28,7 +28,7 @@ const SOON_M: f64 = 1.5;
 const LATE_M: f64 = 6.0;
 /// Looks that are thought over each time, tries to move them, and how often all of them are.
 const NEXT_LOOKS: usize = 5;
-const SHIFTS: usize = 16;
+const SHIFTS: usize = 60;
 const ALL_LOOKS_EVERY: u32 = 8;
 /// A plan is long when the mower has driven so many boustrophedon paths.
 const CAP: f64 = 3.0;
@@ -89,7 +89,7 @@ impl Horizon {
         let known = SWEEPS.lock().expect("nobody panics with it").get(&key).cloned();
         let spots = known.unwrap_or_else(|| {
             let size_m = (site.length_m as f32, site.width_m as f32);
-            let mut rng = rng::agent_rng(1);
+            let mut rng = rng::agent_rng(std::env::var("SEED").map_or(1, |v| v.parse().unwrap()));
             Views { plan: &mut plan, ground: &mut ground, size_m }.sweep(site.sensor_width_m as f32, &mut rng);
             let spots: Vec<Spot> = plan.nodes.iter().map(|node| node.spot).collect();
             SWEEPS.lock().expect("nobody panics with it").insert(key, spots.clone());
@@ -128,7 +128,7 @@ impl State {
         });
         if let Some((start, start_m)) = self.straight.filter(|_| is_straight) {
             let straight_m = (view.path_m - start_m) as f32;
-            let kept_m = straight_m.min(1.0 + self.ground.range_m());
+            let kept_m = straight_m.min(0.2 * (5.0 * self.ground.range_m() + 5.0).floor());
             let from = Spot { x_m: here.x_m - kept_m * start.cos, y_m: here.y_m - kept_m * start.sin, ..start };
             self.ground.settle_straight(&from, kept_m);
         } else {
@@ -180,7 +180,7 @@ impl State {
             if std::env::var("TRACE").is_ok() { eprintln!("{:.1} + {:.1} = {:.1}: missed {} now +{:.1} open {}", view.path_m, before, view.path_m + f64::from(before), lost, views.plan.length_m() - before, views.ground.open()); }
             let looks = if self.plans % ALL_LOOKS_EVERY == 0 { usize::MAX } else { NEXT_LOOKS };
             views.drop_from(0, looks);
-            views.shift(looks, SHIFTS, rng);
+            for _ in 0..SHIFTS { views.try_change(if looks == usize::MAX { looks } else { 12 }, 0.02, 10.0, rng); }
         }
         self.plans += 1;
         self.planned_at_m = view.path_m;

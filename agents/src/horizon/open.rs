@@ -9,7 +9,7 @@ use super::spot::Spot;
 const CELL_M: f64 = 0.5;
 const MOST_CELLS: f64 = 65_536.0;
 /// Spacing of the looks by which a turn is judged, metres; the mower looks more often than that.
-const SPACING_M: f64 = 0.5;
+const SPACING_M: f64 = 1.0;
 /// Way between two looks of the mower, metres: so much later than planned it may see something.
 const LATE_M: f32 = 0.2;
 
@@ -29,14 +29,14 @@ pub(super) struct OpenGround {
     rows: usize,
     cell_x_m: f32,
     cell_y_m: f32,
-    is_open: Vec<bool>,
+    /// 1 if it is open, 0 if not: as wide as the counts, so that many are compared at once.
+    is_open: Vec<u16>,
     open: usize,
     /// How many looks of the plan will show each cell, and how many open cells none will.
     looks: Vec<u16>,
     missed: usize,
     triangle: [Border; 3],
     range_m: f32,
-    corner_m: f32,
     half_deck_m: f32,
 }
 
@@ -53,7 +53,7 @@ impl OpenGround {
             rows,
             cell_x_m: (site.length_m / columns as f64) as f32,
             cell_y_m: (site.width_m / rows as f64) as f32,
-            is_open: vec![true; columns * rows],
+            is_open: vec![1; columns * rows],
             open: columns * rows,
             looks: vec![0; columns * rows],
             missed: columns * rows,
@@ -63,7 +63,6 @@ impl OpenGround {
                 Border { at_m: 0.0, ahead: side, left: 1.0 },
             ],
             range_m,
-            corner_m: range_m * (1.0 + side * side).sqrt(),
             half_deck_m: (0.5 * site.deck_width_m) as f32,
         }
     }
@@ -80,7 +79,7 @@ impl OpenGround {
 
     /// The centre of the `index`-th of the open cells that the plan will not show, metres.
     pub(super) fn missed_at(&self, index: usize) -> (f32, f32) {
-        let is_missed = |cell: &usize| self.is_open[*cell] && self.looks[*cell] == 0;
+        let is_missed = |cell: &usize| self.is_open[*cell] == 1 && self.looks[*cell] == 0;
         let cell = (0..self.looks.len()).filter(is_missed).nth(index).expect("so many are missed");
         let (column, row) = (cell % self.columns, cell / self.columns);
         ((column as f32 + 0.5) * self.cell_x_m, (row as f32 + 0.5) * self.cell_y_m)
@@ -90,32 +89,36 @@ impl OpenGround {
     pub(super) fn settle_look(&mut self, from: &Spot, late_m: f32) {
         let triangle = self.triangle.map(|border| Border { at_m: border.at_m - 1e-4 - late_m, ..border });
         let bar = self.bar(0.2 + late_m);
-        let (corner_m, deck_m) = (self.corner_m, self.half_deck_m + 0.5);
-        self.settle(from, &triangle, corner_m, true);
-        self.settle(from, &bar, deck_m, false);
+        self.settle(from, &triangle, self.sight_m(from, 0.0), true);
+        self.settle(from, &bar, self.under_m(from, 0.0), false);
     }
 
     /// Takes note of the looks on a straight.
     pub(super) fn settle_straight(&mut self, from: &Spot, straight_m: f32) {
-        let seen = self.seen_on_straight(straight_m);
-        self.settle(from, &seen, self.corner_m + straight_m, true);
+        let mut seen = self.seen_on_straight(straight_m);
+        // Here the looks at both ends are known.
+        for (seen, exact) in seen.iter_mut().zip(self.triangle) {
+            seen.at_m = exact.at_m - 1e-4;
+        }
+        seen[0].at_m += straight_m;
+        self.settle(from, &seen, self.sight_m(from, straight_m), true);
     }
 
     fn settle<const BORDERS: usize>(
         &mut self,
         from: &Spot,
         borders: &[Border; BORDERS],
-        reach_m: f32,
+        heights_m: (f32, f32),
         is_whole: bool,
     ) {
         let shape = self.shape();
         let Self { is_open, looks, open, missed, columns, .. } = self;
-        shape.for_each_row(from, borders, reach_m, is_whole, &mut |row, first, end| {
+        shape.for_each_row(from, borders, heights_m, is_whole, &mut |row, first, end| {
             let cells = row * *columns + first..row * *columns + end;
             for (is_open, looks) in is_open[cells.clone()].iter_mut().zip(&looks[cells]) {
                 *open -= usize::from(*is_open);
-                *missed -= usize::from(*is_open && *looks == 0);
-                *is_open = false;
+                *missed -= usize::from(*is_open & u16::from(*looks == 0));
+                *is_open = 0;
             }
         });
     }
@@ -141,18 +144,12 @@ impl OpenGround {
 
     /// Adds what is seen on the shortest way from one spot to another.
     pub(super) fn add_leg(&mut self, from: &Spot, to: &Spot, radius_m: f64) {
-        self.change_leg(from, to, radius_m, |looks| {
-            *looks += 1;
-            i32::from(*looks == 1)
-        });
+        self.change_leg(from, to, radius_m, 1, 1);
     }
 
     /// Takes it out again.
     pub(super) fn remove_leg(&mut self, from: &Spot, to: &Spot, radius_m: f64) {
-        self.change_leg(from, to, radius_m, |looks| {
-            *looks -= 1;
-            -i32::from(*looks == 0)
-        });
+        self.change_leg(from, to, radius_m, u16::MAX, 0);
     }
 
     /// Straights are seen from as a whole, turns from a few spots.
@@ -161,7 +158,8 @@ impl OpenGround {
         from: &Spot,
         to: &Spot,
         radius_m: f64,
-        mut change: impl FnMut(&mut u16) -> i32,
+        change: u16,
+        turning: u16,
     ) {
         let path = shortest(from.pose(), to.pose(), radius_m)
             .expect("a checked scenario has a turning radius");
@@ -172,13 +170,13 @@ impl OpenGround {
             }
             if segment.curvature_per_m == 0.0 {
                 #[expect(clippy::cast_possible_truncation, reason = "single precision is enough")]
-                self.change(&start.into(), segment.length_m as f32, &mut change);
+                self.change(&start.into(), segment.length_m as f32, change, turning);
             } else {
                 let looks = swath_core::math::floor_index(segment.length_m / SPACING_M) + 1;
                 let apart_m = segment.length_m / looks as f64;
                 for look in 1..=looks {
                     let at = start.advanced(segment.curvature_per_m, apart_m * look as f64);
-                    self.change(&at.into(), 0.0, &mut change);
+                    self.change(&at.into(), 0.0, change, turning);
                 }
             }
             start = start.advanced(segment.curvature_per_m, segment.length_m);
@@ -189,10 +187,10 @@ impl OpenGround {
     pub(super) fn gain(&self, from: &Spot) -> usize {
         let mut gain = 0;
         let shape = self.shape();
-        shape.for_each_row(from, &self.planned_triangle(), self.corner_m, true, &mut |row, first, end| {
+        shape.for_each_row(from, &self.planned_triangle(), self.sight_m(from, 0.0), true, &mut |row, first, end| {
             let cells = row * self.columns + first..row * self.columns + end;
             let both = self.is_open[cells.clone()].iter().zip(&self.looks[cells]);
-            gain += both.filter(|&(is_open, looks)| *is_open && *looks == 0).count();
+            gain += both.map(|(is_open, looks)| usize::from(*is_open & u16::from(*looks == 0))).sum::<usize>();
         });
         gain
     }
@@ -218,23 +216,40 @@ impl OpenGround {
     }
 
     /// Changes how often each cell is shown that is seen on a straight; `change` returns by how many the cells shown grow.
-    fn change(&mut self, from: &Spot, straight_m: f32, mut change: impl FnMut(&mut u16) -> i32) {
+    fn change(&mut self, from: &Spot, straight_m: f32, change: u16, turning: u16) {
         let shape = self.shape();
         let seen = self.seen_on_straight(straight_m);
         let mut bar = self.bar(LATE_M + 0.5 * SPACING_M as f32);
         bar[1].at_m += straight_m;
-        let (corner_m, reach_m) = (self.corner_m + straight_m, self.half_deck_m + 1.0 + straight_m);
+        let (sight_m, under_m) = (self.sight_m(from, straight_m), self.under_m(from, straight_m));
         let Self { is_open, looks, missed, columns, .. } = self;
         let mut shown = 0;
         let mut visit = |row: usize, first: usize, end: usize| {
             let cells = row * *columns + first..row * *columns + end;
+            let mut turned = 0_u16;
             for (is_open, looks) in is_open[cells.clone()].iter().zip(&mut looks[cells]) {
-                shown += change(looks) * i32::from(*is_open);
+                *looks = looks.wrapping_add(change);
+                turned += *is_open & u16::from(*looks == turning);
             }
+            shown += usize::from(turned);
         };
-        shape.for_each_row(from, &seen, corner_m, true, &mut visit);
-        shape.for_each_row(from, &bar, reach_m, false, &mut visit);
-        *missed = missed.checked_add_signed(-(shown as isize)).expect("no more are shown than there are");
+        shape.for_each_row(from, &seen, sight_m, true, &mut visit);
+        shape.for_each_row(from, &bar, under_m, false, &mut visit);
+        if turning == 1 { *missed -= shown } else { *missed += shown }
+    }
+
+    /// How far above a spot the ground lies that is seen from it and from a straight that begins there, at least and at most.
+    fn sight_m(&self, from: &Spot, straight_m: f32) -> (f32, f32) {
+        let (ahead_m, beside_m) = (self.range_m * from.sin, self.range_m * self.triangle[1].ahead * from.cos);
+        let (left_m, right_m, end_m) = (ahead_m + beside_m, ahead_m - beside_m, straight_m * from.sin);
+        let low_m = left_m.min(right_m).min(0.0) + end_m.min(0.0);
+        (low_m, left_m.max(right_m).max(0.0) + end_m.max(0.0))
+    }
+
+    /// The same for the ground under the bar.
+    fn under_m(&self, from: &Spot, straight_m: f32) -> (f32, f32) {
+        let (reach_m, end_m) = (self.half_deck_m + 1.0, straight_m * from.sin);
+        (end_m.min(0.0) - reach_m, end_m.max(0.0) + reach_m)
     }
 
     /// The triangle as far as it is certainly looked at from a planned spot.
@@ -258,14 +273,14 @@ struct Shape {
 
 impl Shape {
     /// Calls `visit` with a row, its first column and the end of its columns, for the cells whose centre lies within borders,
-    /// or all of which do; no part of the ground within is farther than `reach_m` away.
+    /// or all of which do; the ground within lies so far above the spot at least and at most.
     #[inline]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "casts saturate")]
     fn for_each_row<const BORDERS: usize>(
         &self,
         from: &Spot,
         borders: &[Border; BORDERS],
-        reach_m: f32,
+        (low_m, high_m): (f32, f32),
         is_whole: bool,
         visit: &mut impl FnMut(usize, usize, usize),
     ) {
@@ -277,8 +292,8 @@ impl Shape {
             let rim = if is_whole { 0.5 * (x.abs() * cell_x_m + y.abs() * cell_y_m) } else { 0.0 };
             (border.at_m - rim, x, y)
         });
-        let first_row = ((from.y_m - reach_m) / cell_y_m).max(0.0) as usize;
-        let end_row = (((from.y_m + reach_m) / cell_y_m + 1.0).max(0.0) as usize).min(self.rows);
+        let first_row = ((from.y_m + low_m) / cell_y_m).max(0.0) as usize;
+        let end_row = (((from.y_m + high_m) / cell_y_m + 1.0).max(0.0) as usize).min(self.rows);
         let slopes = borders.map(|(_, x, _)| if x.abs() < 1e-6 { 0.0 } else { 1.0 / x });
         for row in first_row..end_row {
             let dy_m = (row as f32 + 0.5) * cell_y_m - from.y_m;

@@ -9,9 +9,7 @@ use super::open::OpenGround;
 use super::plan::{Node, Plan};
 use super::spot::{Spot, cos_sin};
 
-/// Width of a band of the first sweep over the whole pasture, in widths of the triangle, and the way between two looks there, in
-/// its depths.
-const BAND: f32 = 0.83;
+/// The way between two looks in a band, in depths of the triangle.
 const STRIDE: f32 = 0.67;
 /// Open cells that are looked at in search of a better place to look from, and most places that are added at once.
 const CELLS: usize = 6;
@@ -23,9 +21,13 @@ const DISTANCES: [f32; 3] = [0.45, 0.7, 0.95];
 const OUTSIDE_M: f32 = 6.0;
 /// A look is worth moving if the plan gets shorter by that much, metres.
 const WORTH_M: f32 = 0.05;
-/// The first plan: rounds, and looks tried to be moved in each.
-const ROUNDS: usize = 12;
-const SHIFTS: usize = 600;
+/// Changes that are tried for each of the first plans, and how much longer it may become at the beginning, metres; the same for the
+/// best of them; and at the end.
+const FIRST: (usize, f32) = (16_000, 4.0);
+const SECOND: (usize, f32) = (16_000, 0.4);
+const COLD_M: f32 = 0.02;
+/// What an open cell costs at first that is not shown, metres.
+const PRICE_M: f32 = 0.4;
 
 /// Plans over open ground.
 pub(super) struct Views<'a> {
@@ -35,48 +37,61 @@ pub(super) struct Views<'a> {
 }
 
 impl Views<'_> {
-    /// A sweep over the whole pasture in bands, made shorter for as long as it shows everything.
+    /// The shortest way found to look at the whole pasture: sweeps in bands, as many as there is hardly room for and one more,
+    /// annealed.
     pub(super) fn sweep(&mut self, sensor_width_m: f32, rng: &mut StreamRng) {
+        let fitting = (self.size_m.1 / sensor_width_m).floor().max(1.0) as usize;
+        let mut best: Option<Plan> = None;
+        for bands in [fitting, fitting, fitting, fitting + 1] {
+            self.plan.nodes.clear();
+            self.plan.measure_all();
+            self.begin_sweep(bands);
+            self.look_along();
+            self.complete(usize::MAX, rng);
+            self.cool(FIRST, rng);
+            if best.as_ref().is_none_or(|best| self.plan.length_m() < best.length_m()) {
+                best = Some(self.plan.clone());
+            }
+        }
+        *self.plan = best.expect("there are sweeps");
+        self.look_along();
+        self.cool(SECOND, rng);
+    }
+
+    /// Looks in bands along the pasture, in turn one way and the other.
+    fn begin_sweep(&mut self, bands: usize) {
         let (length_m, width_m) = self.size_m;
-        let bands = (width_m / (BAND * sensor_width_m)).round().max(1.0);
-        let stride_m = STRIDE * self.ground.range_m();
-        let looks = (length_m / stride_m).ceil().max(1.0) as usize;
-        for band in 0..bands as usize {
-            let y_m = (band as f32 + 0.5) * width_m / bands;
+        let looks = (length_m / (STRIDE * self.ground.range_m())).ceil().max(1.0) as usize;
+        for band in 0..bands {
+            let y_m = (band as f32 + 0.5) * width_m / bands as f32;
             for look in 0..looks {
-                let along_m = (look as f32 + 0.5) * stride_m;
-                let along_m = along_m.min(length_m);
+                let along_m = (look as f32 + 0.5) * length_m / looks as f32;
                 let spot = if band % 2 == 0 {
                     Spot::facing(along_m, y_m, (1.0, 0.0))
                 } else {
                     Spot::facing(length_m - along_m, y_m, (-1.0, 0.0))
                 };
-                let place = self.plan.nodes.len();
-                self.plan.insert(place, Node::view(spot));
+                self.plan.insert(self.plan.nodes.len(), Node::view(spot));
             }
         }
-        self.look_along();
-        let env = |name: &str, or: f64| std::env::var(name).map_or(or, |v| v.parse().unwrap());
-        self.complete(usize::MAX, rng);
-        let t = std::time::Instant::now();
-        eprintln!("begun {} looks {} m", self.plan.nodes.len(), self.plan.length_m());
-        let tries = env("TRIES", 20_000.0) as usize;
-        let (hot, cold) = (env("HOT", 1.0) as f32, env("COLD", 0.02) as f32);
-        let price = env("PRICE", 0.4) as f32;
-        let mut heat = hot;
-        for k in 0..tries {
-            heat *= (cold / hot).powf(1.0 / tries as f32);
-            self.try_change(usize::MAX, heat, price * (1.0 + 10.0 * k as f32 / tries as f32), rng);
-            if k % (tries / 5) == 0 { eprintln!("{k} {} looks {} m missed {}", self.plan.nodes.len(), self.plan.length_m(), self.ground.missed()); }
+    }
+
+    /// Tries changes, of which fewer and fewer are accepted that make the plan worse.
+    fn cool(&mut self, (tries, hot_m): (usize, f32), rng: &mut StreamRng) {
+        let cooling = (COLD_M / hot_m).powf(1.0 / tries as f32);
+        let mut heat_m = hot_m;
+        for tried in 0..tries {
+            let price_m = PRICE_M * (1.0 + 10.0 * tried as f32 / tries as f32);
+            self.try_change(usize::MAX, heat_m, price_m, rng);
+            heat_m *= cooling;
         }
         self.complete(usize::MAX, rng);
         self.drop_from(0, usize::MAX);
-        self.shift(usize::MAX, SHIFTS, rng);
-        eprintln!("end {} looks {} m missed {} {:?}", self.plan.nodes.len(), self.plan.length_m(), self.ground.missed(), t.elapsed());
     }
 
     /// Tries a change of one look.
     pub(super) fn try_change(&mut self, next: usize, heat_m: f32, price_m: f32, rng: &mut StreamRng) {
+        if self.plan.nodes.is_empty() { return }
         let place = below(self.plan.nodes.len().min(next), rng);
         if self.plan.nodes[place].weed.is_some() { return }
         let spot = self.plan.nodes[place].spot;
