@@ -8,7 +8,7 @@ use super::plan::{Node, Plan};
 use super::spot::{Spot, cos_sin};
 
 /// Changes that make a plan longer by about this much are accepted at the beginning and at the end, metres.
-const HOT_M: f32 = 0.7;
+const HOT_M: f32 = 0.3;
 const COLD_M: f32 = 0.02;
 /// How many nodes near to each are considered to come before or after it.
 const NEIGHBOURS: usize = 8;

@@ -26,10 +26,13 @@ use views::Views;
 /// Way between two plans if something new is known, and if not, metres.
 const SOON_M: f64 = 1.5;
 const LATE_M: f64 = 6.0;
-/// Looks that are thought over each time, tries to move them, and how often all of them are.
+/// Looks that are thought over each time, and how often all of them are.
 const NEXT_LOOKS: usize = 5;
-const SHIFTS: usize = 60;
 const ALL_LOOKS_EVERY: u32 = 8;
+/// How many more changes are tried for each weed that is planned.
+const PER_WEED: usize = 150;
+/// Another plan is taken if it is so much shorter, metres: a mower that often changes its mind drives to and fro.
+const WORTH_M: f32 = 1.0;
 /// A plan is long when the mower has driven so many boustrophedon paths.
 const CAP: f64 = 3.0;
 
@@ -43,7 +46,7 @@ pub struct HorizonOptions {
 
 impl Default for HorizonOptions {
     fn default() -> Self {
-        Self { iterations: 10_000 }
+        Self { iterations: 5_000 }
     }
 }
 
@@ -89,7 +92,7 @@ impl Horizon {
         let known = SWEEPS.lock().expect("nobody panics with it").get(&key).cloned();
         let spots = known.unwrap_or_else(|| {
             let size_m = (site.length_m as f32, site.width_m as f32);
-            let mut rng = rng::agent_rng(std::env::var("SEED").map_or(1, |v| v.parse().unwrap()));
+            let mut rng = rng::agent_rng(1);
             Views { plan: &mut plan, ground: &mut ground, size_m }.sweep(site.sensor_width_m as f32, &mut rng);
             let spots: Vec<Spot> = plan.nodes.iter().map(|node| node.spot).collect();
             SWEEPS.lock().expect("nobody panics with it").insert(key, spots.clone());
@@ -168,19 +171,23 @@ impl State {
             self.plan.insert_weed(weed.number, weed.position, reach_m);
         }
         let weeds = planned.len();
-        let rounds = if is_new { iterations + 25 * weeds } else { iterations / 3 };
+        let rounds = if is_new { iterations + PER_WEED * weeds } else { iterations / 3 };
+        let size_m = (site.length_m as f32, site.width_m as f32);
+        let looks = if self.plans.is_multiple_of(ALL_LOOKS_EVERY) { usize::MAX } else { NEXT_LOOKS };
+        let mut finish = |plan: &mut Plan, ground: &mut OpenGround, rng: &mut StreamRng| {
+            if !is_settled {
+                Views { plan, ground, size_m }.mend(looks, rng);
+            }
+        };
+        let mut kept = self.plan.clone();
         anneal::anneal(&mut self.plan, reach_m, rounds.max(1), rng);
+        finish(&mut self.plan, &mut self.ground, rng);
         if !is_settled {
-            let size_m = (site.length_m as f32, site.width_m as f32);
-            let mut views = Views { plan: &mut self.plan, ground: &mut self.ground, size_m };
-            views.look_along();
-            let lost = views.ground.missed(); let before = views.plan.length_m();
-            for _ in 0..150 { if views.ground.missed() == 0 { break } views.try_change(usize::MAX, 0.05, 10.0, rng); }
-            views.complete(views::ADDED, rng);
-            if std::env::var("TRACE").is_ok() { eprintln!("{:.1} + {:.1} = {:.1}: missed {} now +{:.1} open {}", view.path_m, before, view.path_m + f64::from(before), lost, views.plan.length_m() - before, views.ground.open()); }
-            let looks = if self.plans % ALL_LOOKS_EVERY == 0 { usize::MAX } else { NEXT_LOOKS };
-            views.drop_from(0, looks);
-            for _ in 0..SHIFTS { views.try_change(if looks == usize::MAX { looks } else { 12 }, 0.02, 10.0, rng); }
+            // What the changes have saved may be lost again where more looks are needed.
+            finish(&mut kept, &mut self.ground, rng);
+            if kept.length_m() < self.plan.length_m() + WORTH_M {
+                self.plan = kept;
+            }
         }
         self.plans += 1;
         self.planned_at_m = view.path_m;

@@ -26,6 +26,11 @@ const WORTH_M: f32 = 0.05;
 const FIRST: (usize, f32) = (16_000, 4.0);
 const SECOND: (usize, f32) = (16_000, 0.4);
 const COLD_M: f32 = 0.02;
+/// While the mower drives: how often it is tried to show what is missed by a change, how many changes are tried besides, and what a
+/// cell costs then that is not shown, metres.
+const MENDING: usize = 150;
+const CHANGES: usize = 60;
+const DEAR_M: f32 = 10.0;
 /// What an open cell costs at first that is not shown, metres.
 const PRICE_M: f32 = 0.4;
 
@@ -56,6 +61,22 @@ impl Views<'_> {
         *self.plan = best.expect("there are sweeps");
         self.look_along();
         self.cool(SECOND, rng);
+    }
+
+    /// Makes the plan show everything again, with as little as is needed.
+    pub(super) fn mend(&mut self, next: usize, rng: &mut StreamRng) {
+        self.look_along();
+        for _ in 0..MENDING {
+            if self.ground.missed() == 0 {
+                break;
+            }
+            self.try_change(usize::MAX, 0.05, DEAR_M, rng);
+        }
+        self.complete(ADDED, rng);
+        self.drop_from(0, next);
+        for _ in 0..CHANGES {
+            self.try_change(next.saturating_mul(2), COLD_M, DEAR_M, rng);
+        }
     }
 
     /// Looks in bands along the pasture, in turn one way and the other.
