@@ -57,7 +57,7 @@ pub const AGENTS: [Entry; 7] = [
     },
     Entry {
         name: "horizon",
-        about: "one plan over all that is known, made anew as more is known; option iterations",
+        about: "one plan over all that is known, made anew as more is known; options iterations, time_ms, bar_margin_m",
         is_random: false,
     },
 ];
@@ -101,7 +101,10 @@ impl AgentSpec {
             "jump" => plain(options, &prefix, Build::Jump)?,
             "snake" => plain(options, &prefix, Build::Snake)?,
             "r-snake" => plain(options, &prefix, Build::RSnake)?,
-            "horizon" => Build::Horizon(from_table(options, &prefix)?),
+            "horizon" => {
+                let options: HorizonOptions = from_table(options, &prefix)?;
+                Build::Horizon(options.checked()?)
+            }
             _ => {
                 let names = AGENTS.map(|entry| entry.name);
                 let hint = nearest(name, names.into_iter());
@@ -124,7 +127,7 @@ impl AgentSpec {
             Build::Jump => Box::new(Jump::new()),
             Build::Snake => Box::new(Snake::new()),
             Build::RSnake => Box::new(Snake::restricted()),
-            Build::Horizon(options) => Box::new(Horizon::new(options.iterations)),
+            Build::Horizon(options) => Box::new(Horizon::new(options)),
         };
         Box::new(Capped(agent))
     }

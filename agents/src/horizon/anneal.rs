@@ -1,15 +1,19 @@
 //! Making a plan shorter by many small changes.
 
 use std::f32::consts::TAU;
+use std::time::Instant;
 
 use swath_core::rng::{StreamRng, below, bits, uniform};
 
 use super::plan::{Node, Plan};
-use super::spot::{Spot, cos_sin};
+use super::spot::{Spot, cos_sin, single};
+use super::ways::Ways;
 
 /// Changes that make a plan longer by about this much are accepted at the beginning and at the end, metres.
 const HOT_M: f32 = 0.3;
 const COLD_M: f32 = 0.02;
+/// So many changes are tried between two looks at the clock.
+const ROUNDS_A_CLOCK: usize = 64;
 /// How many nodes near to each are considered to come before or after it.
 const NEIGHBOURS: usize = 8;
 /// Most nodes whose order is reversed, and most that are moved together.
@@ -19,15 +23,25 @@ const LONGEST_MOVE: usize = 7;
 /// Shortens a plan, whose last best form is kept; `reach_m` is how far from the bar's middle a weed may pass.
 ///
 /// Simulated annealing (Kirkpatrick, Gelatt & Vecchi, 1983) over the order of the nodes, the direction in which each weed is
-/// passed, and where along the bar. Places to look from stay in their order.
-pub(super) fn anneal(plan: &mut Plan, reach_m: f32, rounds: usize, rng: &mut StreamRng) {
+/// passed, and where along the bar. Places to look from stay in their order. It ends early when time is over.
+pub(super) fn anneal(
+    plan: &mut Plan,
+    reach_m: f32,
+    rounds: usize,
+    until: Option<Instant>,
+    rng: &mut StreamRng,
+) {
     if plan.nodes.iter().all(|node| node.weed.is_none()) {
         return;
     }
     let mut search = Search::new(plan, reach_m);
     let cooling = (COLD_M / HOT_M).powf(1.0 / rounds as f32);
     let mut heat_m = HOT_M;
-    for _ in 0..rounds {
+    for round in 0..rounds {
+        let is_asked = round % ROUNDS_A_CLOCK == 0;
+        if is_asked && until.is_some_and(|until| Instant::now() >= until) {
+            break;
+        }
         search.change(heat_m, rng);
         heat_m *= cooling;
     }
@@ -37,7 +51,7 @@ pub(super) fn anneal(plan: &mut Plan, reach_m: f32, rounds: usize, rng: &mut Str
 
 struct Search {
     start: Spot,
-    radius_m: f32,
+    ways: Ways,
     reach_m: f32,
     nodes: Vec<Node>,
     /// Length of the leg to each node.
@@ -78,7 +92,7 @@ impl Search {
         let order: Vec<usize> = (0..count).collect();
         Self {
             start: plan.start,
-            radius_m: plan.radius_m,
+            ways: plan.ways,
             reach_m,
             legs_m: plan.legs_m.clone(),
             place: order.clone(),
@@ -130,8 +144,7 @@ impl Search {
             if hotness > 6.0 {
                 return false;
             }
-            #[expect(clippy::cast_possible_truncation, reason = "single precision is enough")]
-            let chance = uniform(rng) as f32;
+            let chance = single(uniform(rng));
             let eighth = 1.0 - hotness / 8.0;
             if chance >= eighth.powi(8) {
                 return false;
@@ -151,7 +164,7 @@ impl Search {
     }
 
     fn leg_m(&self, from: &Spot, to: &Spot) -> f32 {
-        super::spot::leg_m(from, to, self.radius_m)
+        self.ways.leg_m(from, to)
     }
 
     /// Passes a weed in another direction, or elsewhere under the bar.
@@ -160,9 +173,10 @@ impl Search {
         let heading_rad = if uniform(rng) < 0.7 {
             self.nodes[node].spot.heading_rad + 0.35 * bell(rng)
         } else {
-            TAU * (uniform(rng) as f32 - 0.5)
+            TAU * (single(uniform(rng)) - 0.5)
         };
-        let left_m = (weed.left_m + 0.4 * self.reach_m * bell(rng)).clamp(-self.reach_m, self.reach_m);
+        let left_m =
+            (weed.left_m + 0.4 * self.reach_m * bell(rng)).clamp(-self.reach_m, self.reach_m);
         let twisted = Node::turned(&weed, left_m, cos_sin(heading_rad));
         let place = self.place[node];
         let to_m = self.leg_m(self.before(place), &twisted.spot);
@@ -217,8 +231,7 @@ impl Search {
         };
         let moved = Node::turned(&weed, weed.left_m, direction);
         let next = self.order.get(place + 1).copied();
-        let closed_m =
-            next.map(|next| self.leg_m(self.before(place), &self.nodes[next].spot));
+        let closed_m = next.map(|next| self.leg_m(self.before(place), &self.nodes[next].spot));
         let to_m = self.leg_m(&prior, &moved.spot);
         let from_m = follower.map(|follower| self.leg_m(&moved.spot, &self.nodes[follower].spot));
         let longer_m = to_m - self.legs_m[node]
@@ -302,7 +315,10 @@ impl Search {
         let first = self.place[node];
         let last = first + 1 + below(LONGEST_MOVE - 1, rng);
         let beside = self.place[neighbour];
-        if last >= self.order.len() || (first..=last).contains(&beside) || !self.are_weeds(first, last) {
+        if last >= self.order.len()
+            || (first..=last).contains(&beside)
+            || !self.are_weeds(first, last)
+        {
             return;
         }
         let is_reversed = uniform(rng) < 0.5;

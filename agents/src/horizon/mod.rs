@@ -5,13 +5,17 @@ mod open;
 mod plan;
 mod spot;
 mod views;
+mod ways;
 
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex};
+use std::time::{Duration, Instant};
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use swath_core::geometry::{Pose, shortest};
+use swath_core::action::Command;
+use swath_core::config::ConfigError;
+use swath_core::geometry::Pose;
 use swath_core::known::KnownWeed;
 use swath_core::rng::{self, StreamRng};
 use swath_core::view::View;
@@ -20,8 +24,9 @@ use crate::agent::{Agent, Decision, PIECE_M};
 use crate::route::{ARRIVED_M, Route};
 use open::OpenGround;
 use plan::{Node, Plan};
-use spot::Spot;
+use spot::{Spot, single};
 use views::Views;
+use ways::Ways;
 
 /// Way between two plans if something new is known, and if not, metres.
 const SOON_M: f64 = 1.5;
@@ -29,6 +34,10 @@ const LATE_M: f64 = 6.0;
 /// Looks that are thought over each time, and how often all of them are.
 const NEXT_LOOKS: usize = 5;
 const ALL_LOOKS_EVERY: u32 = 8;
+/// Most changes that may be asked for.
+const MOST_ITERATIONS: usize = 100_000_000;
+/// So near to where the mower looks it has looked, metres.
+const LOOKED_M: f32 = 1e-4;
 /// How many more changes are tried for each weed that is planned.
 const PER_WEED: usize = 150;
 /// Another plan is taken if it is so much shorter, metres: a mower that often changes its mind drives to and fro.
@@ -36,24 +45,53 @@ const WORTH_M: f32 = 1.0;
 /// A plan is long when the mower has driven so many boustrophedon paths.
 const CAP: f64 = 3.0;
 
+/// The first plans that were made in this process, by the pasture, the mower and where it begins.
+static SWEEPS: LazyLock<Mutex<HashMap<String, Vec<Spot>>>> = LazyLock::new(Mutex::default);
+
 /// Options of `horizon`.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct HorizonOptions {
     /// How many changes are tried for a plan after something new is known.
     pub iterations: usize,
+    /// Time for a plan, milliseconds: as many of the changes as there is time for. Without it the same is decided everywhere.
+    pub time_ms: f64,
+    /// How far from either end of the bar a weed is planned to pass, metres, for mowers that do not keep to their path.
+    pub bar_margin_m: f64,
 }
 
 impl Default for HorizonOptions {
     fn default() -> Self {
-        Self { iterations: 5_000 }
+        Self { iterations: 5_000, time_ms: f64::INFINITY, bar_margin_m: 0.02 }
+    }
+}
+
+impl HorizonOptions {
+    /// The same options, if they can be used.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] naming the option, its value and what was expected.
+    pub fn checked(self) -> Result<Self, ConfigError> {
+        let Self { iterations, time_ms, bar_margin_m } = self;
+        if !(1..=MOST_ITERATIONS).contains(&iterations) {
+            let expected = format!("from 1 to {MOST_ITERATIONS}");
+            return Err(ConfigError::value("horizon.iterations", expected, iterations));
+        }
+        if !(time_ms >= 0.0) {
+            return Err(ConfigError::value("horizon.time_ms", "at least 0", time_ms));
+        }
+        if !(0.0..1000.0).contains(&bar_margin_m) {
+            return Err(ConfigError::value("horizon.bar_margin_m", "from 0 to 1000", bar_margin_m));
+        }
+        Ok(self)
     }
 }
 
 /// The planner.
 #[derive(Debug)]
 pub struct Horizon {
-    iterations: usize,
+    options: HorizonOptions,
     rng: StreamRng,
     state: Option<State>,
 }
@@ -75,25 +113,25 @@ struct State {
 }
 
 impl Horizon {
-    /// The planner, which tries so many changes for every plan.
+    /// The planner.
     #[must_use]
-    pub fn new(iterations: usize) -> Self {
-        Self { iterations, rng: rng::agent_rng(0), state: None }
+    pub fn new(options: HorizonOptions) -> Self {
+        Self { options, rng: rng::agent_rng(0), state: None }
     }
 
-    fn begin(&mut self, view: &View) -> State {
+    fn begin(view: &View) -> State {
         let site = view.site;
         let start = Spot::from(view.pose);
         let mut ground = OpenGround::new(site);
-        let mut plan = Plan::new(start, site.turning_radius_m as f32);
+        let mut plan = Plan::new(start, Ways::new(site));
+        let size_m = (single(site.length_m), single(site.width_m));
         // The same for every episode that begins there.
         let key = format!("{site:?} {:?}", view.pose);
-        static SWEEPS: LazyLock<Mutex<HashMap<String, Vec<Spot>>>> = LazyLock::new(Mutex::default);
         let known = SWEEPS.lock().expect("nobody panics with it").get(&key).cloned();
         let spots = known.unwrap_or_else(|| {
-            let size_m = (site.length_m as f32, site.width_m as f32);
             let mut rng = rng::agent_rng(1);
-            Views { plan: &mut plan, ground: &mut ground, size_m }.sweep(site.sensor_width_m as f32, &mut rng);
+            Views { plan: &mut plan, ground: &mut ground, size_m }
+                .sweep(single(site.sensor_width_m), &mut rng);
             let spots: Vec<Spot> = plan.nodes.iter().map(|node| node.spot).collect();
             SWEEPS.lock().expect("nobody panics with it").insert(key, spots.clone());
             spots
@@ -119,23 +157,14 @@ impl Horizon {
 impl State {
     /// Takes in what the mower knows now.
     fn perceive(&mut self, view: &View) {
-        // Between two looks the mower has driven a little since the last one.
-        let since_m = view.path_m.rem_euclid(PIECE_M);
-        let late_m = if since_m < 1e-6 || since_m > PIECE_M - 1e-6 { 0.0 } else { since_m };
         let here = Spot::from(view.pose);
-        self.ground.settle_look(&here, late_m as f32);
-        // A straight shows more than its single looks do: what lies beside it is seen piece by piece.
-        let is_straight = self.straight.is_some_and(|(start, _)| {
-            let (x_m, y_m) = (here.x_m - start.x_m, here.y_m - start.y_m);
-            (here.heading_rad - start.heading_rad).abs() < 1e-5 && (start.cos * y_m - start.sin * x_m).abs() < 1e-3
-        });
-        if let Some((start, start_m)) = self.straight.filter(|_| is_straight) {
-            let straight_m = (view.path_m - start_m) as f32;
-            let kept_m = straight_m.min(0.2 * (5.0 * self.ground.range_m() + 5.0).floor());
-            let from = Spot { x_m: here.x_m - kept_m * start.cos, y_m: here.y_m - kept_m * start.sin, ..start };
-            self.ground.settle_straight(&from, kept_m);
+        // Between two looks the mower has driven a little since the last one.
+        let late_m = single(view.path_m.rem_euclid(PIECE_M));
+        if late_m < LOOKED_M || late_m > single(PIECE_M) - LOOKED_M {
+            self.ground.settle_look(&here, 0.0);
+            self.settle_straight(&here, view.path_m);
         } else {
-            self.straight = Some((here, view.path_m));
+            self.ground.settle_look(&here, late_m);
         }
         let fresh = view.known_weeds.since(self.next_number);
         if let Some(last) = fresh.last() {
@@ -145,14 +174,43 @@ impl State {
         self.known = view.known_weeds.len();
     }
 
-    fn is_due(&mut self, view: &View) -> bool {
-        let driven_m = view.path_m - self.planned_at_m;
-        driven_m >= LATE_M || (!self.fresh.is_empty() && driven_m >= SOON_M) || self.route.is_driven(view)
+    /// A straight shows more than its single looks do: what lies beside it is seen piece by piece.
+    fn settle_straight(&mut self, here: &Spot, path_m: f64) {
+        let is_on = |start: &Spot, straight_m: f32| {
+            let (ahead_m, left_m) = start.offsets_to(here);
+            (here.heading_rad - start.heading_rad).abs() < 1e-5
+                && left_m.abs() < 1e-3
+                && (ahead_m - straight_m).abs() < 1e-3
+        };
+        if let Some((start, start_m)) = self.straight {
+            let straight_m = single(path_m - start_m);
+            if is_on(&start, straight_m) {
+                // As much of it as looks beside the mower's place; whole looks.
+                let looks = ((self.ground.range_m() + 1.0) / single(PIECE_M)).floor();
+                let back_m = straight_m.min(single(PIECE_M) * looks);
+                let (x_m, y_m) = (here.x_m - back_m * start.cos, here.y_m - back_m * start.sin);
+                self.ground.settle_straight(&Spot { x_m, y_m, ..start }, back_m);
+                return;
+            }
+        }
+        self.straight = Some((*here, path_m));
     }
 
-    fn replan(&mut self, view: &View, iterations: usize, rng: &mut StreamRng) {
+    fn is_due(&mut self, view: &View) -> bool {
+        let driven_m = view.path_m - self.planned_at_m;
+        driven_m >= LATE_M
+            || (!self.fresh.is_empty() && driven_m >= SOON_M)
+            || self.route.is_driven(view)
+    }
+
+    fn replan(&mut self, view: &View, options: &HorizonOptions, rng: &mut StreamRng) {
         let site = view.site;
-        let passed = self.passes_m.iter().take_while(|&&pass_m| pass_m <= view.path_m + ARRIVED_M).count();
+        let until = options
+            .time_ms
+            .is_finite()
+            .then(|| Instant::now() + Duration::from_secs_f64(1e-3 * options.time_ms));
+        let passed =
+            self.passes_m.iter().take_while(|&&pass_m| pass_m <= view.path_m + ARRIVED_M).count();
         self.plan.nodes.drain(..passed);
         self.plan.start = Spot::from(view.pose);
         let is_settled = self.ground.open() == 0;
@@ -161,26 +219,36 @@ impl State {
             None => !is_settled,
         });
         // Weeds that the plan has passed in vain come back.
-        let planned: Vec<u32> = self.plan.nodes.iter().filter_map(|node| node.weed.map(|weed| weed.number)).collect();
-        self.fresh = view.known_weeds.iter().filter(|weed| !planned.contains(&weed.number)).copied().collect();
+        let planned: Vec<u32> =
+            self.plan.nodes.iter().filter_map(|node| node.weed.map(|weed| weed.number)).collect();
+        self.fresh = view
+            .known_weeds
+            .iter()
+            .filter(|weed| !planned.contains(&weed.number))
+            .copied()
+            .collect();
         let here = view.pose.position();
-        self.fresh.sort_by(|one, other| (one.position - here).norm_squared().total_cmp(&(other.position - here).norm_squared()));
-        let reach_m = (0.49 * site.deck_width_m) as f32;
+        self.fresh.sort_by(|one, other| {
+            (one.position - here).norm_squared().total_cmp(&(other.position - here).norm_squared())
+        });
+        let reach_m = single((0.5 * site.deck_width_m - options.bar_margin_m).max(0.0));
         let is_new = !self.fresh.is_empty();
         for weed in self.fresh.drain(..) {
             self.plan.insert_weed(weed.number, weed.position, reach_m);
         }
         let weeds = planned.len();
-        let rounds = if is_new { iterations + PER_WEED * weeds } else { iterations / 3 };
-        let size_m = (site.length_m as f32, site.width_m as f32);
-        let looks = if self.plans.is_multiple_of(ALL_LOOKS_EVERY) { usize::MAX } else { NEXT_LOOKS };
-        let mut finish = |plan: &mut Plan, ground: &mut OpenGround, rng: &mut StreamRng| {
+        let rounds =
+            if is_new { options.iterations + PER_WEED * weeds } else { options.iterations / 3 };
+        let size_m = (single(site.length_m), single(site.width_m));
+        let looks =
+            if self.plans.is_multiple_of(ALL_LOOKS_EVERY) { usize::MAX } else { NEXT_LOOKS };
+        let finish = |plan: &mut Plan, ground: &mut OpenGround, rng: &mut StreamRng| {
             if !is_settled {
                 Views { plan, ground, size_m }.mend(looks, rng);
             }
         };
         let mut kept = self.plan.clone();
-        anneal::anneal(&mut self.plan, reach_m, rounds.max(1), rng);
+        anneal::anneal(&mut self.plan, reach_m, rounds.max(1), until, rng);
         finish(&mut self.plan, &mut self.ground, rng);
         if !is_settled {
             // What the changes have saved may be lost again where more looks are needed.
@@ -200,8 +268,12 @@ impl State {
         self.passes_m.clear();
         for node in &self.plan.nodes {
             let goal: Pose = node.spot.pose();
-            let leg = shortest(pose, goal, view.site.turning_radius_m).expect("a checked scenario has a turning radius");
-            route = if self.passes_m.is_empty() { Route::along(&leg, view) } else { route.followed_by(&leg) };
+            let leg = self.plan.ways.way(pose, goal);
+            route = if self.passes_m.is_empty() {
+                Route::along(&leg, view)
+            } else {
+                route.followed_by(&leg)
+            };
             end_m += leg.length_m();
             self.passes_m.push(end_m);
             pose = goal;
@@ -216,11 +288,11 @@ impl State {
 impl Agent for Horizon {
     fn reset(&mut self, view: &View) {
         self.rng = rng::agent_rng(0);
-        self.state = Some(self.begin(view));
+        self.state = Some(Self::begin(view));
     }
 
     fn act(&mut self, view: &View) -> Decision {
-        let Self { iterations, rng, state } = self;
+        let Self { options, rng, state } = self;
         let state = state.as_mut().expect("an episode has begun");
         state.perceive(view);
         if state.ground.open() == 0 && state.known == 0 {
@@ -230,13 +302,13 @@ impl Agent for Horizon {
             return Decision::Capped;
         }
         if state.is_due(view) {
-            state.replan(view, *iterations, rng);
+            state.replan(view, options, rng);
         }
         // To the next look at most.
         let to_look_m = PIECE_M - view.path_m.rem_euclid(PIECE_M);
         let to_look_m = if to_look_m < 1e-6 { PIECE_M } else { to_look_m };
-        let ahead = swath_core::action::Command { curvature_per_m: 0.0, distance_m: PIECE_M };
+        let ahead = Command { curvature_per_m: 0.0, distance_m: PIECE_M };
         let command = state.route.next(view).unwrap_or(ahead);
-        Decision::Drive(swath_core::action::Command { distance_m: command.distance_m.min(to_look_m), ..command })
+        Decision::Drive(Command { distance_m: command.distance_m.min(to_look_m), ..command })
     }
 }

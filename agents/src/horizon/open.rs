@@ -1,9 +1,9 @@
 //! The ground that is still to be searched, and how much of it a plan will show.
 
-use swath_core::geometry::{Pose, shortest};
 use swath_core::site::Site;
 
-use super::spot::Spot;
+use super::spot::{Spot, single};
+use super::ways::Ways;
 
 /// Side of a cell, metres; a pasture that would have more than so many cells has larger ones.
 const CELL_M: f64 = 0.5;
@@ -41,18 +41,18 @@ pub(super) struct OpenGround {
 }
 
 impl OpenGround {
-    #[expect(clippy::cast_possible_truncation, reason = "single precision is what is wanted")]
     pub(super) fn new(site: &Site) -> Self {
         let side_m = (site.length_m * site.width_m / MOST_CELLS).sqrt().max(CELL_M);
-        let count = |size_m: f64| swath_core::math::floor_index((size_m / side_m - 1e-9).ceil()).max(1);
+        let count =
+            |size_m: f64| swath_core::math::floor_index((size_m / side_m - 1e-9).ceil()).max(1);
         let (columns, rows) = (count(site.length_m), count(site.width_m));
-        let range_m = site.sensor_range_m as f32;
-        let side = (0.5 * site.sensor_width_m / site.sensor_range_m) as f32;
+        let range_m = single(site.sensor_range_m);
+        let side = single(0.5 * site.sensor_width_m / site.sensor_range_m);
         Self {
             columns,
             rows,
-            cell_x_m: (site.length_m / columns as f64) as f32,
-            cell_y_m: (site.width_m / rows as f64) as f32,
+            cell_x_m: single(site.length_m / columns as f64),
+            cell_y_m: single(site.width_m / rows as f64),
             is_open: vec![1; columns * rows],
             open: columns * rows,
             looks: vec![0; columns * rows],
@@ -63,7 +63,7 @@ impl OpenGround {
                 Border { at_m: 0.0, ahead: side, left: 1.0 },
             ],
             range_m,
-            half_deck_m: (0.5 * site.deck_width_m) as f32,
+            half_deck_m: single(0.5 * site.deck_width_m),
         }
     }
 
@@ -87,7 +87,8 @@ impl OpenGround {
 
     /// Takes note of a look. `late_m` is how far the mower may have driven since: so much less counts as seen.
     pub(super) fn settle_look(&mut self, from: &Spot, late_m: f32) {
-        let triangle = self.triangle.map(|border| Border { at_m: border.at_m - 1e-4 - late_m, ..border });
+        let triangle =
+            self.triangle.map(|border| Border { at_m: border.at_m - 1e-4 - late_m, ..border });
         let bar = self.bar(0.2 + late_m);
         self.settle(from, &triangle, self.sight_m(from, 0.0), true);
         self.settle(from, &bar, self.under_m(from, 0.0), false);
@@ -143,34 +144,25 @@ impl OpenGround {
     }
 
     /// Adds what is seen on the shortest way from one spot to another.
-    pub(super) fn add_leg(&mut self, from: &Spot, to: &Spot, radius_m: f64) {
-        self.change_leg(from, to, radius_m, 1, 1);
+    pub(super) fn add_leg(&mut self, from: &Spot, to: &Spot, ways: &Ways) {
+        self.change_leg(from, to, ways, 1, 1);
     }
 
     /// Takes it out again.
-    pub(super) fn remove_leg(&mut self, from: &Spot, to: &Spot, radius_m: f64) {
-        self.change_leg(from, to, radius_m, u16::MAX, 0);
+    pub(super) fn remove_leg(&mut self, from: &Spot, to: &Spot, ways: &Ways) {
+        self.change_leg(from, to, ways, u16::MAX, 0);
     }
 
     /// Straights are seen from as a whole, turns from a few spots.
-    fn change_leg(
-        &mut self,
-        from: &Spot,
-        to: &Spot,
-        radius_m: f64,
-        change: u16,
-        turning: u16,
-    ) {
-        let path = shortest(from.pose(), to.pose(), radius_m)
-            .expect("a checked scenario has a turning radius");
+    fn change_leg(&mut self, from: &Spot, to: &Spot, ways: &Ways, change: u16, turning: u16) {
+        let way = ways.way(from.pose(), to.pose());
         let mut start = from.pose();
-        for segment in path.segments() {
+        for segment in way.segments() {
             if segment.length_m <= 0.0 {
                 continue;
             }
             if segment.curvature_per_m == 0.0 {
-                #[expect(clippy::cast_possible_truncation, reason = "single precision is enough")]
-                self.change(&start.into(), segment.length_m as f32, change, turning);
+                self.change(&start.into(), single(segment.length_m), change, turning);
             } else {
                 let looks = swath_core::math::floor_index(segment.length_m / SPACING_M) + 1;
                 let apart_m = segment.length_m / looks as f64;
@@ -187,11 +179,19 @@ impl OpenGround {
     pub(super) fn gain(&self, from: &Spot) -> usize {
         let mut gain = 0;
         let shape = self.shape();
-        shape.for_each_row(from, &self.planned_triangle(), self.sight_m(from, 0.0), true, &mut |row, first, end| {
-            let cells = row * self.columns + first..row * self.columns + end;
-            let both = self.is_open[cells.clone()].iter().zip(&self.looks[cells]);
-            gain += both.map(|(is_open, looks)| usize::from(*is_open & u16::from(*looks == 0))).sum::<usize>();
-        });
+        shape.for_each_row(
+            from,
+            &self.planned_triangle(),
+            self.sight_m(from, 0.0),
+            true,
+            &mut |row, first, end| {
+                let cells = row * self.columns + first..row * self.columns + end;
+                let both = self.is_open[cells.clone()].iter().zip(&self.looks[cells]);
+                gain += both
+                    .map(|(is_open, looks)| usize::from(*is_open & u16::from(*looks == 0)))
+                    .sum::<usize>();
+            },
+        );
         gain
     }
 
@@ -219,7 +219,7 @@ impl OpenGround {
     fn change(&mut self, from: &Spot, straight_m: f32, change: u16, turning: u16) {
         let shape = self.shape();
         let seen = self.seen_on_straight(straight_m);
-        let mut bar = self.bar(LATE_M + 0.5 * SPACING_M as f32);
+        let mut bar = self.bar(LATE_M + 0.5 * single(SPACING_M));
         bar[1].at_m += straight_m;
         let (sight_m, under_m) = (self.sight_m(from, straight_m), self.under_m(from, straight_m));
         let Self { is_open, looks, missed, columns, .. } = self;
@@ -235,13 +235,19 @@ impl OpenGround {
         };
         shape.for_each_row(from, &seen, sight_m, true, &mut visit);
         shape.for_each_row(from, &bar, under_m, false, &mut visit);
-        if turning == 1 { *missed -= shown } else { *missed += shown }
+        if turning == 1 {
+            *missed -= shown;
+        } else {
+            *missed += shown;
+        }
     }
 
     /// How far above a spot the ground lies that is seen from it and from a straight that begins there, at least and at most.
     fn sight_m(&self, from: &Spot, straight_m: f32) -> (f32, f32) {
-        let (ahead_m, beside_m) = (self.range_m * from.sin, self.range_m * self.triangle[1].ahead * from.cos);
-        let (left_m, right_m, end_m) = (ahead_m + beside_m, ahead_m - beside_m, straight_m * from.sin);
+        let (ahead_m, beside_m) =
+            (self.range_m * from.sin, self.range_m * self.triangle[1].ahead * from.cos);
+        let (left_m, right_m, end_m) =
+            (ahead_m + beside_m, ahead_m - beside_m, straight_m * from.sin);
         let low_m = left_m.min(right_m).min(0.0) + end_m.min(0.0);
         (low_m, left_m.max(right_m).max(0.0) + end_m.max(0.0))
     }
@@ -319,26 +325,4 @@ impl Shape {
             }
         }
     }
-}
-
-/// Calls `visit` with poses on the shortest way from one pose to another: every so often from the start on, without it, and at
-/// the end.
-pub(super) fn along(
-    from: &Pose,
-    to: &Pose,
-    radius_m: f64,
-    spacing_m: f64,
-    mut visit: impl FnMut(Pose),
-) {
-    let path = shortest(*from, *to, radius_m).expect("a checked scenario has a turning radius");
-    let (mut start, mut next_m) = (*from, spacing_m);
-    for segment in path.segments() {
-        while next_m < segment.length_m {
-            visit(start.advanced(segment.curvature_per_m, next_m));
-            next_m += spacing_m;
-        }
-        start = start.advanced(segment.curvature_per_m, segment.length_m);
-        next_m -= segment.length_m;
-    }
-    visit(*to);
 }

@@ -2,9 +2,10 @@
 
 use std::f32::consts::{PI, TAU};
 
-use swath_core::geometry::Point;
+use swath_core::geometry::{DubinsPath, Point, Pose};
 
-use super::spot::{Spot, cos_sin, leg_m};
+use super::spot::{Spot, cos_sin, single};
+use super::ways::Ways;
 
 /// A place to pass.
 #[derive(Debug, Clone, Copy)]
@@ -30,7 +31,12 @@ impl Node {
     }
 
     /// A weed that passes under the bar `left_m` left of its middle, the mower heading that way.
-    pub(super) fn weed(number: u32, (x_m, y_m): (f32, f32), left_m: f32, (cos, sin): (f32, f32)) -> Self {
+    pub(super) fn weed(
+        number: u32,
+        (x_m, y_m): (f32, f32),
+        left_m: f32,
+        (cos, sin): (f32, f32),
+    ) -> Self {
         let spot = Spot::facing(x_m + left_m * sin, y_m - left_m * cos, (cos, sin));
         Self { spot, weed: Some(PlannedWeed { number, x_m, y_m, left_m }) }
     }
@@ -43,11 +49,7 @@ impl Node {
     /// The same place passed the other way.
     pub(super) fn reversed(&self) -> Self {
         let Spot { x_m, y_m, heading_rad, cos, sin } = self.spot;
-        let heading_rad = if heading_rad > 0.0 {
-            heading_rad - PI
-        } else {
-            heading_rad + PI
-        };
+        let heading_rad = if heading_rad > 0.0 { heading_rad - PI } else { heading_rad + PI };
         Self {
             spot: Spot { x_m, y_m, heading_rad, cos: -cos, sin: -sin },
             weed: self.weed.map(|weed| PlannedWeed { left_m: -weed.left_m, ..weed }),
@@ -64,15 +66,15 @@ impl Node {
 #[derive(Debug, Clone)]
 pub(super) struct Plan {
     pub(super) start: Spot,
-    pub(super) radius_m: f32,
+    pub(super) ways: Ways,
     pub(super) nodes: Vec<Node>,
     /// The length of the leg to each node, metres.
     pub(super) legs_m: Vec<f32>,
 }
 
 impl Plan {
-    pub(super) fn new(start: Spot, radius_m: f32) -> Self {
-        Self { start, radius_m, nodes: Vec::new(), legs_m: Vec::new() }
+    pub(super) fn new(start: Spot, ways: Ways) -> Self {
+        Self { start, ways, nodes: Vec::new(), legs_m: Vec::new() }
     }
 
     pub(super) fn length_m(&self) -> f32 {
@@ -93,7 +95,7 @@ impl Plan {
 
     #[inline]
     pub(super) fn leg_m(&self, from: &Spot, to: &Spot) -> f32 {
-        leg_m(from, to, self.radius_m)
+        self.ways.leg_m(from, to)
     }
 
     /// How much longer the plan would be with a spot before that place.
@@ -144,8 +146,7 @@ impl Plan {
     /// Adds a weed where the detour is shortest: before one of the few places that are nearest to it, in one of many directions
     /// and under one of a few parts of the bar, or where the plan passes over it already.
     pub(super) fn insert_weed(&mut self, number: u32, at: Point, reach_m: f32) {
-        #[expect(clippy::cast_possible_truncation, reason = "single precision is what is wanted")]
-        let (x_m, y_m) = (at.x as f32, at.y as f32);
+        let (x_m, y_m) = (single(at.x), single(at.y));
         let here = Spot { x_m, y_m, ..Spot::default() };
         let mut places: Vec<(f32, usize)> = (0..=self.nodes.len())
             .map(|place| {
@@ -174,36 +175,28 @@ impl Plan {
                 }
             }
             if let Some(after) = self.after(place) {
-                self.over(self.before(place), after, &here, reach_m, |left_m, direction| {
-                    offer(Node::weed(number, (x_m, y_m), left_m, direction));
+                let (from, to) = (self.before(place).pose(), after.pose());
+                for_each_pose(&self.ways.way(from, to), STRIDE_M.into(), |pose| {
+                    let spot = Spot::from(pose);
+                    let (ahead_m, left_m) = spot.offsets_to(&here);
+                    if ahead_m.abs() <= 0.6 * STRIDE_M && left_m.abs() <= reach_m {
+                        offer(Node::weed(number, (x_m, y_m), left_m, (spot.cos, spot.sin)));
+                    }
                 });
             }
         }
         let (_, place, node) = best.expect("there is a place at the end");
         self.insert(place, node);
     }
-
-    /// Calls `visit` where a leg passes over a point: how far left of the bar's middle, and in which direction.
-    fn over(
-        &self,
-        from: &Spot,
-        to: &Spot,
-        point: &Spot,
-        reach_m: f32,
-        mut visit: impl FnMut(f32, (f32, f32)),
-    ) {
-        super::open::along(&from.pose(), &to.pose(), self.radius_m.into(), STRIDE_M, |pose| {
-            let spot = Spot::from(pose);
-            let (x_m, y_m) = (point.x_m - spot.x_m, point.y_m - spot.y_m);
-            let (ahead_m, left_m) = (spot.cos * x_m + spot.sin * y_m, spot.cos * y_m - spot.sin * x_m);
-            if ahead_m.abs() <= 0.6 * STRIDE_M as f32 && left_m.abs() <= reach_m {
-                visit(left_m, (spot.cos, spot.sin));
-            }
-        });
-    }
 }
 
 /// How many places are tried for a weed, how many directions, and how finely the legs there are looked through, metres.
 const PLACES: usize = 8;
 const DIRECTIONS: usize = 16;
-const STRIDE_M: f64 = 0.5;
+const STRIDE_M: f32 = 0.5;
+
+/// Calls `visit` with poses on a way, so far apart, without the first one.
+fn for_each_pose(way: &DubinsPath, spacing_m: f64, mut visit: impl FnMut(Pose)) {
+    let poses = swath_core::math::floor_index(way.length_m() / spacing_m);
+    (1..=poses).for_each(|pose| visit(way.at(spacing_m * pose as f64)));
+}

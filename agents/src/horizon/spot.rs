@@ -17,16 +17,15 @@ pub(super) struct Spot {
 }
 
 impl Spot {
-    #[expect(clippy::cast_possible_truncation, reason = "single precision is what is wanted")]
     pub(super) fn new(x_m: f64, y_m: f64, heading_rad: f64) -> Self {
         let heading_rad = swath_core::math::wrap_to_pi(heading_rad);
         let (sin, cos) = swath_core::math::sin_cos(heading_rad);
         Self {
-            x_m: x_m as f32,
-            y_m: y_m as f32,
-            heading_rad: heading_rad as f32,
-            cos: cos as f32,
-            sin: sin as f32,
+            x_m: single(x_m),
+            y_m: single(y_m),
+            heading_rad: single(heading_rad),
+            cos: single(cos),
+            sin: single(sin),
         }
     }
 
@@ -37,6 +36,12 @@ impl Spot {
 
     pub(super) fn pose(&self) -> Pose {
         Pose::new(self.x_m.into(), self.y_m.into(), self.heading_rad.into())
+    }
+
+    /// How far ahead of here and to the left another spot lies, metres.
+    pub(super) fn offsets_to(&self, other: &Self) -> (f32, f32) {
+        let (x_m, y_m) = (other.x_m - self.x_m, other.y_m - self.y_m);
+        (self.cos * x_m + self.sin * y_m, self.cos * y_m - self.sin * x_m)
     }
 
     pub(super) fn distance_to(&self, other: &Self) -> f32 {
@@ -52,10 +57,15 @@ impl From<Pose> for Spot {
 }
 
 /// Cosine and sine of a heading.
-#[expect(clippy::cast_possible_truncation, reason = "single precision is what is wanted")]
 pub(super) fn cos_sin(heading_rad: f32) -> (f32, f32) {
     let (sin, cos) = swath_core::math::sin_cos(heading_rad.into());
-    (cos as f32, sin as f32)
+    (single(cos), single(sin))
+}
+
+/// A number in single precision: plans are compared by their lengths, to which that is a tenth of a millimetre.
+#[expect(clippy::cast_possible_truncation, reason = "single precision is what is wanted")]
+pub(super) fn single(number: f64) -> f32 {
+    number as f32
 }
 
 /// Turns this close below a full circle are rounding, not a circle.
@@ -132,11 +142,11 @@ macro_rules! arc_tangent {
     ($quotient:expr) => {{
         let quotient = $quotient;
         let square = quotient * quotient;
-        let terms = square * 0.002_866_225_7 + -0.016_165_737;
+        let terms = square * 0.002_866_226 + -0.016_165_737;
         let terms = terms * square + 0.042_909_614;
         let terms = terms * square + -0.075_289_64;
         let terms = terms * square + 0.106_562_64;
-        let terms = terms * square + -0.142_088_99;
+        let terms = terms * square + -0.142_089;
         let terms = terms * square + 0.199_935_51;
         let terms = terms * square + -0.333_331_45;
         quotient + quotient * square * terms
@@ -158,9 +168,9 @@ fn atan2_of_four(y: f32x4, x: f32x4) -> f32x4 {
     let (wide, high) = (x.abs(), y.abs());
     let (less, more) = (wide.fast_min(high), wide.fast_max(high));
     let angle = arc_tangent!(less / more.fast_max(f32x4::splat(1e-20)));
-    let angle = high.simd_gt(wide).blend(FRAC_PI_2 - angle, angle);
-    let angle = x.simd_lt(f32x4::ZERO).blend(PI - angle, angle);
-    y.simd_lt(f32x4::ZERO).blend(-angle, angle)
+    let angle = high.simd_gt(wide).select(FRAC_PI_2 - angle, angle);
+    let angle = x.simd_lt(f32x4::ZERO).select(PI - angle, angle);
+    y.simd_lt(f32x4::ZERO).select(-angle, angle)
 }
 
 #[cfg(test)]
@@ -180,8 +190,7 @@ mod tests {
             let from = Pose::new(reach_m * at(), reach_m * at(), 6.3 * at() - 3.15);
             let to = Pose::new(reach_m * at(), reach_m * at(), 6.3 * at() - 3.15);
             let exact_m = shortest(from, to, radius_m).unwrap().length_m();
-            #[expect(clippy::cast_possible_truncation, reason = "single precision is meant")]
-            let got_m = f64::from(leg_m(&from.into(), &to.into(), radius_m as f32));
+            let got_m = f64::from(leg_m(&from.into(), &to.into(), single(radius_m)));
             others += u32::from((got_m - exact_m).abs() > 5e-3);
         }
         // Where two circles nearly touch, or a turn is nearly none, the shortest word changes from one pose to the next.

@@ -2,25 +2,26 @@
 
 use std::f32::consts::TAU;
 
+use swath_core::math;
 use swath_core::rng::{StreamRng, below, uniform};
 
 use super::anneal::bell;
 use super::open::OpenGround;
 use super::plan::{Node, Plan};
-use super::spot::{Spot, cos_sin};
+use super::spot::{Spot, cos_sin, single};
 
 /// The way between two looks in a band, in depths of the triangle.
 const STRIDE: f32 = 0.67;
-/// Open cells that are looked at in search of a better place to look from, and most places that are added at once.
+/// Open cells that are looked at in search of a better place to look from, and most places that are added while the mower drives.
 const CELLS: usize = 6;
-const MOST: usize = 12;
+const ADDED: usize = 12;
 /// From how many sides, and from how far away, in depths of the triangle.
 const SIDES: usize = 12;
 const DISTANCES: [f32; 3] = [0.45, 0.7, 0.95];
 /// How far outside the pasture the mower may look from, metres.
 const OUTSIDE_M: f32 = 6.0;
-/// A look is worth moving if the plan gets shorter by that much, metres.
-const WORTH_M: f32 = 0.05;
+/// Share of changes that move a place to look from.
+const MOVES: f64 = 0.9;
 /// Changes that are tried for each of the first plans, and how much longer it may become at the beginning, metres; the same for the
 /// best of them; and at the end.
 const FIRST: (usize, f32) = (16_000, 4.0);
@@ -45,7 +46,7 @@ impl Views<'_> {
     /// The shortest way found to look at the whole pasture: sweeps in bands, as many as there is hardly room for and one more,
     /// annealed.
     pub(super) fn sweep(&mut self, sensor_width_m: f32, rng: &mut StreamRng) {
-        let fitting = (self.size_m.1 / sensor_width_m).floor().max(1.0) as usize;
+        let fitting = math::floor_index((self.size_m.1 / sensor_width_m).into()).max(1);
         let mut best: Option<Plan> = None;
         for bands in [fitting, fitting, fitting, fitting + 1] {
             self.plan.nodes.clear();
@@ -73,7 +74,7 @@ impl Views<'_> {
             self.try_change(usize::MAX, 0.05, DEAR_M, rng);
         }
         self.complete(ADDED, rng);
-        self.drop_from(0, next);
+        self.drop_looks(next);
         for _ in 0..CHANGES {
             self.try_change(next.saturating_mul(2), COLD_M, DEAR_M, rng);
         }
@@ -82,7 +83,7 @@ impl Views<'_> {
     /// Looks in bands along the pasture, in turn one way and the other.
     fn begin_sweep(&mut self, bands: usize) {
         let (length_m, width_m) = self.size_m;
-        let looks = (length_m / (STRIDE * self.ground.range_m())).ceil().max(1.0) as usize;
+        let looks = math::floor_index((length_m / (STRIDE * self.ground.range_m())).into()) + 1;
         for band in 0..bands {
             let y_m = (band as f32 + 0.5) * width_m / bands as f32;
             for look in 0..looks {
@@ -107,64 +108,80 @@ impl Views<'_> {
             heat_m *= cooling;
         }
         self.complete(usize::MAX, rng);
-        self.drop_from(0, usize::MAX);
+        self.drop_looks(usize::MAX);
     }
 
-    /// Tries a change of one look.
-    pub(super) fn try_change(&mut self, next: usize, heat_m: f32, price_m: f32, rng: &mut StreamRng) {
-        if self.plan.nodes.is_empty() { return }
-        let place = below(self.plan.nodes.len().min(next), rng);
-        if self.plan.nodes[place].weed.is_some() { return }
-        let spot = self.plan.nodes[place].spot;
-        let cost = |views: &Self| views.plan.length_m() + price_m * views.ground.missed() as f32;
-        let before_m = cost(self);
+    /// Tries a change of one of the first so many nodes, if it is a place to look from: it is moved, left out, or gets another one
+    /// before it.
+    fn try_change(&mut self, next: usize, heat_m: f32, price_m: f32, rng: &mut StreamRng) {
+        let count = self.plan.nodes.len().min(next);
+        if count == 0 {
+            return;
+        }
+        let place = below(count, rng);
+        let Node { spot, weed: None } = self.plan.nodes[place] else { return };
         let kind = uniform(rng);
-        let chance = (uniform(rng) as f32).max(1e-9);
-        let limit_m = before_m - heat_m * chance.ln();
-        if kind < 0.9 {
+        let spared_m = heat_m * single(-math::ln(1.0 - uniform(rng)));
+        let limit_m = self.plan.length_m() + price_m * self.ground.missed() as f32 + spared_m;
+        let (first, end, look) = if kind < MOVES {
             let spread_m = if uniform(rng) < 0.5 { 0.5 } else { 2.0 };
-            let (x_m, y_m) = (spot.x_m + spread_m * bell(rng), spot.y_m + spread_m * bell(rng));
-            let turn = if uniform(rng) < 0.1 { 1.0 } else { 0.2 };
-            let moved = Spot::facing(x_m, y_m, cos_sin(spot.heading_rad + turn * bell(rng)));
-            if !self.allows(&moved) { return }
-            // Without a look at the ground first.
-            let to_m = self.plan.leg_m(self.plan.before(place), &moved);
-            let from_m = self.plan.after(place + 1).map_or(0.0, |after| self.plan.leg_m(&moved, after));
-            if before_m - self.around_m(place) + to_m + from_m - price_m * self.ground.missed() as f32 > limit_m { return }
-            self.change(place, place + 1, Some(moved));
-            if cost(self) > limit_m { self.change(place, place + 1, Some(spot)); }
-        } else if kind < 0.95 {
-            self.change(place, place + 1, None);
-            if cost(self) > limit_m { self.change(place, place, Some(spot)); }
+            let turn_rad = if uniform(rng) < 0.1 { 1.0 } else { 0.2 };
+            (place, place + 1, Some(Self::near(&spot, spread_m, turn_rad, rng)))
+        } else if kind < 0.5 * (1.0 + MOVES) {
+            (place, place + 1, None)
         } else if self.ground.missed() > 0 {
-            if let Some((place, spot)) = self.best_look(rng) {
-                self.change(place, place, Some(spot));
-                if cost(self) > limit_m { self.change(place, place + 1, None); }
-            }
+            let Some((place, look)) = self.best_look(rng) else { return };
+            (place, place, Some(look))
         } else {
             // In the middle of a leg.
-            let Some(before) = place.checked_sub(1) else { return };
-            let before = self.plan.nodes[before].spot;
-            let middle = Spot::facing(0.5 * (before.x_m + spot.x_m) + bell(rng), 0.5 * (before.y_m + spot.y_m) + bell(rng), cos_sin(spot.heading_rad + bell(rng)));
-            self.change(place, place, Some(middle));
-            if cost(self) > limit_m { self.change(place, place + 1, None); }
+            let before = *self.plan.before(place);
+            let (x_m, y_m) = (0.5 * (before.x_m + spot.x_m), 0.5 * (before.y_m + spot.y_m));
+            (place, place, Some(Self::near(&Spot { x_m, y_m, ..spot }, 1.0, 1.0, rng)))
+        };
+        if look.as_ref().is_some_and(|look| !self.allows(look)) {
+            return;
+        }
+        // Mostly the way alone tells that it is too long, which is known more quickly than what it shows.
+        if end > first
+            && let Some(look) = look
+            && self.plan.length_m() + self.replaced_m(first, &look) > limit_m
+        {
+            return;
+        }
+        self.change(first, end, look);
+        if self.plan.length_m() + price_m * self.ground.missed() as f32 > limit_m {
+            let before = (end > first).then_some(spot);
+            self.change(first, first + usize::from(look.is_some()), before);
         }
     }
 
+    /// A spot somewhere near another one.
+    fn near(spot: &Spot, spread_m: f32, turn_rad: f32, rng: &mut StreamRng) -> Spot {
+        let (x_m, y_m) = (spot.x_m + spread_m * bell(rng), spot.y_m + spread_m * bell(rng));
+        Spot::facing(x_m, y_m, cos_sin(spot.heading_rad + turn_rad * bell(rng)))
+    }
+
+    /// How much longer the plan would be with another spot at that place.
+    fn replaced_m(&self, place: usize, spot: &Spot) -> f32 {
+        let to_m = self.plan.leg_m(self.plan.before(place), spot);
+        let after = self.plan.after(place + 1);
+        to_m + after.map_or(0.0, |after| self.plan.leg_m(spot, after)) - self.around_m(place)
+    }
+
     /// Counts what the plan will show.
-    pub(super) fn look_along(&mut self) {
+    fn look_along(&mut self) {
         self.ground.forget_looks();
         if self.ground.open() == 0 {
             return;
         }
         for place in 0..self.plan.nodes.len() {
-            let radius_m = self.plan.radius_m.into();
-            self.ground.add_leg(self.plan.before(place), &self.plan.nodes[place].spot, radius_m);
+            let to = &self.plan.nodes[place].spot;
+            self.ground.add_leg(self.plan.before(place), to, &self.plan.ways);
         }
     }
 
     /// Adds places to look from until the plan shows everything, or so many are added.
-    pub(super) fn complete(&mut self, most: usize, rng: &mut StreamRng) {
+    fn complete(&mut self, most: usize, rng: &mut StreamRng) {
         let mut added = 0;
         while self.ground.missed() > 0 && added < most {
             let Some((place, spot)) = self.best_look(rng) else { return };
@@ -179,8 +196,7 @@ impl Views<'_> {
         let mut best: Option<(f32, usize, Spot)> = None;
         for _ in 0..CELLS {
             let (x_m, y_m) = self.ground.missed_at(below(self.ground.missed(), rng));
-            #[expect(clippy::cast_possible_truncation, reason = "single precision is enough")]
-            let first_rad = uniform(rng) as f32 * TAU / SIDES as f32;
+            let first_rad = single(uniform(rng)) * TAU / SIDES as f32;
             for side in 0..SIDES {
                 let (cos, sin) = cos_sin(first_rad + TAU * side as f32 / SIDES as f32);
                 for distance in DISTANCES {
@@ -224,17 +240,18 @@ impl Views<'_> {
     }
 
     fn allows(&self, spot: &Spot) -> bool {
-        let (length_m, width_m) = self.size_m;
-        (-OUTSIDE_M..=length_m + OUTSIDE_M).contains(&spot.x_m)
-            && (-OUTSIDE_M..=width_m + OUTSIDE_M).contains(&spot.y_m)
+        let ((length_m, width_m), outside_m) =
+            (self.size_m, self.plan.ways.outside_m().min(OUTSIDE_M));
+        (-outside_m..=length_m + outside_m).contains(&spot.x_m)
+            && (-outside_m..=width_m + outside_m).contains(&spot.y_m)
     }
 
     /// Replaces the nodes of some places by a look, or by nothing, and counts what is shown.
     fn change(&mut self, first: usize, end: usize, look: Option<Spot>) {
-        let radius_m = self.plan.radius_m.into();
+        let ways = self.plan.ways;
         // The legs to the nodes that go, and to the one behind them.
         for place in first..(end + 1).min(self.plan.nodes.len()) {
-            self.ground.remove_leg(self.plan.before(place), &self.plan.nodes[place].spot, radius_m);
+            self.ground.remove_leg(self.plan.before(place), &self.plan.nodes[place].spot, &ways);
         }
         for _ in first..end {
             self.plan.remove(first);
@@ -244,14 +261,13 @@ impl Views<'_> {
         }
         let added = usize::from(look.is_some());
         for place in first..(first + added + 1).min(self.plan.nodes.len()) {
-            self.ground.add_leg(self.plan.before(place), &self.plan.nodes[place].spot, radius_m);
+            self.ground.add_leg(self.plan.before(place), &self.plan.nodes[place].spot, &ways);
         }
     }
 
     /// Leaves out places to look from, of the first so many, without which the plan is shorter and shows no less.
-    pub(super) fn drop_from(&mut self, first: usize, most: usize) {
-        let mut place = first;
-        let mut looked = 0;
+    fn drop_looks(&mut self, most: usize) {
+        let (mut place, mut looked) = (0, 0);
         while place < self.plan.nodes.len() && looked < most {
             if self.plan.nodes[place].weed.is_some() {
                 place += 1;
@@ -273,38 +289,4 @@ impl Views<'_> {
     fn around_m(&self, place: usize) -> f32 {
         self.plan.legs_m[place] + self.plan.legs_m.get(place + 1).copied().unwrap_or(0.0)
     }
-
-    /// Tries so many times to move one of the next few places to look from, so that the plan is shorter and shows no less.
-    pub(super) fn shift(&mut self, next: usize, tries: usize, rng: &mut StreamRng) {
-        let nodes = self.plan.nodes.iter().enumerate();
-        let places: Vec<usize> =
-            nodes.filter(|(_, node)| node.weed.is_none()).map(|(place, _)| place).take(next).collect();
-        if places.is_empty() {
-            return;
-        }
-        for _ in 0..tries {
-            let place = places[below(places.len(), rng)];
-            let spot = self.plan.nodes[place].spot;
-            let spread_m = if uniform(rng) < 0.5 { 1.0 } else { 3.0 };
-            let (x_m, y_m) = (spot.x_m + spread_m * bell(rng), spot.y_m + spread_m * bell(rng));
-            let moved = Spot::facing(x_m, y_m, cos_sin(spot.heading_rad + 0.25 * bell(rng)));
-            if !self.allows(&moved) {
-                continue;
-            }
-            let before_m = self.around_m(place);
-            let to_m = self.plan.leg_m(self.plan.before(place), &moved);
-            let from_m = self.plan.after(place + 1).map_or(0.0, |after| self.plan.leg_m(&moved, after));
-            if to_m + from_m > before_m - WORTH_M {
-                continue;
-            }
-            let missed = self.ground.missed();
-            self.change(place, place + 1, Some(moved));
-            if self.ground.missed() > missed {
-                self.change(place, place + 1, Some(spot));
-            }
-        }
-    }
 }
-
-/// How many places are added at once at most while the mower drives.
-pub(super) const ADDED: usize = MOST;
