@@ -65,6 +65,7 @@ check: tools ## clippy on the daily crates
 fmt: tools ## format everything
 	$(call need,$(VENV),lint)
 	cargo fmt --all
+	cargo fmt --manifest-path fuzz/Cargo.toml
 	ruff format
 	ruff check --fix
 	RUST_LOG=warn taplo fmt
@@ -86,6 +87,14 @@ wheel: tools ## the wheel in target/wheels, checked for size and for paths of th
 	@rm -rf target/wheels
 	$(RELEASE) maturin build --release --out target/wheels
 	python scripts/check_wheel.py target/wheels/*.whl
+
+.PHONY: wheel-server
+wheel-server: build-release ## the server as a wheel in target/wheels-server, checked like the other, installed and run
+	$(call need,$(VENV),typing test)
+	@rm -rf target/wheels-server
+	$(RELEASE) maturin build --release --manifest-path env-server/Cargo.toml --out target/wheels-server
+	python scripts/check_wheel.py target/wheels-server/*.whl
+	python -m pytest tests/python/test_server_wheel.py
 
 # Tests
 
@@ -120,9 +129,45 @@ test-py: build-release server ## the Python tests on the release build; ARGS= fi
 	python -m mypy.stubtest swath._native
 	python -m pytest -n 2 $(if $(LONG),,-m "not slow") $(ARGS)
 
+.PHONY: test-ray
+test-ray: build-release server ## sweeps and trainings on Ray, in .venv-rllib, where only the loopback exists if that can be made
+	$(call need,$(RLLIB),rllib)
+	PYTHONPATH=$(CURDIR)/env-py/python OMP_NUM_THREADS=1 \
+	  scripts/on_loopback.sh $(RLLIB)/bin/python -m pytest --durations=5 tests/python/test_ray.py $(ARGS)
+
+# Outside the workspace, with a lock file of its own.
+FUZZ = --manifest-path fuzz/Cargo.toml --target-dir target/fuzz --no-default-features
+
+.PHONY: fuzz
+fuzz: tools ## every fuzz target for a minute (SECONDS_EACH=, TARGET= one); needs a nightly toolchain and cargo-fuzz
+	@cargo +nightly --version >/dev/null 2>&1 \
+	  || { echo "make fuzz needs a nightly toolchain: rustup toolchain install nightly" >&2; exit 1; }
+	@cargo fuzz --version >/dev/null 2>&1 || { echo "make fuzz needs cargo-fuzz: cargo install cargo-fuzz" >&2; exit 1; }
+	cargo run --quiet --locked $(FUZZ) --example write_seeds
+	for target in $(or $(TARGET),$$(cargo +nightly fuzz list)); do \
+	  cargo +nightly fuzz run --target-dir target/fuzz $$target -- -max_total_time=$(or $(SECONDS_EACH),60) -rss_limit_mb=2048; \
+	done
+
+.PHONY: check-fuzz
+check-fuzz: tools ## on the stable toolchain: the fuzz targets compile, and take their seeds
+	cargo clippy --locked $(FUZZ) --all-targets -- -D warnings
+	cargo test --quiet --locked $(FUZZ) --lib
+
 .PHONY: test-slow
 test-slow: ## every test, the slow ones too
 	@$(MAKE) --no-print-directory test LONG=1
+
+.PHONY: test-faults
+test-faults: export LONG := 1
+test-faults: export PROPTEST_CASES := 2000
+test-faults: build-release server ## kills, stops, bad networks and bad messages at full size: benchmarks/FAULTS.md; takes a quarter of an hour
+	$(call need,$(VENV),test)
+	@mkdir -p out/faults
+	cargo test --locked -p swath-tests --test exactly_once --test wire_garbage -- --nocapture --test-threads 1 \
+	  2>&1 | tee out/faults/machines.txt
+	cargo test --locked -p swath-server --test over_zenoh -- --nocapture --test-threads 1 2>&1 | tee out/faults/zenoh.txt
+	OMP_NUM_THREADS=1 python -m pytest tests/python/test_remote_faults.py
+	@python -m benchmarks.faults out/faults/machines.txt out/faults/zenoh.txt
 
 .PHONY: test-gymnasium-oldest
 test-gymnasium-oldest: wheel ## the Gymnasium contract tests on the wheel, under the oldest Gymnasium and NumPy supported
@@ -159,6 +204,7 @@ example-rllib: wheel ## PPO of RLlib for some hundred steps, on the native batch
 lint: tools ## formats, spelling, layers, paths, licences, then clippy and mypy; FAST=1 stops before anything compiles
 	$(call need,$(VENV),lint)
 	cargo fmt --all --check
+	cargo fmt --manifest-path fuzz/Cargo.toml --check
 	ruff format --check
 	ruff check
 	typos
@@ -172,6 +218,7 @@ lint: tools ## formats, spelling, layers, paths, licences, then clippy and mypy;
 lint-compiled: tools
 	$(call need,$(VENV),demo typing)
 	cargo clippy --workspace --all-targets --locked -- -D warnings
+	@$(MAKE) --no-print-directory check-fuzz
 	python -m mypy
 
 .PHONY: docs
@@ -193,9 +240,17 @@ bench: build-release counted ## steps per CPU-second beside NumPy, CartPole and 
 	else echo "not measured: valgrind is not installed"; fi >out/bench/profile.txt
 	python -m benchmarks.throughput --profile out/bench/profile.txt $(if $(QUICK),--quick)
 
+.PHONY: bench-remote
+bench-remote: build-release server-release ## what remote environments cost, beside dm_env_rpc and OpenEnv: benchmarks/REMOTE.md; QUICK=1 tries it
+	$(call need,$(VENV),test)
+	@$(MAKE) --no-print-directory peer-dm_env_rpc || echo "dm_env_rpc will not be compared"
+	@$(MAKE) --no-print-directory peer-openenv || echo "OpenEnv will not be compared"
+	python -m benchmarks.remote $(if $(QUICK),--quick)
+
 # Each peer in an environment of its own, so that what it needs decides nothing about swath.
-.PHONY: peer-cartpole peer-envpool
-peer-cartpole peer-envpool: peer-%: tools
+PEERS := peer-cartpole peer-envpool peer-dm_env_rpc peer-openenv
+.PHONY: $(PEERS)
+$(PEERS): peer-%: tools
 	$(call need,target/peers/$*,peer-$*)
 
 .PHONY: bench-episodes

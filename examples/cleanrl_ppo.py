@@ -1,7 +1,9 @@
 """PPO in one file, in the style of CleanRL, on swath's vector environment.
 
     python examples/cleanrl_ppo.py --total-steps 500000
+    python examples/cleanrl_ppo.py --connect tcp/127.0.0.1:7447 --connect tcp/127.0.0.1:7448
 
+With `--connect` the environments are shared among those servers, and what is learned is the same to the bit.
 `gym.make_vec` autoresets in the next step by default: the step after an episode's end ignores its action and returns
 the next episode's first observation. That step is no experience, so it is left out of the update.
 """
@@ -19,7 +21,7 @@ from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatist
 from torch import nn
 from torch.distributions import Normal
 
-import swath  # noqa: F401 - registers the ids
+import swath
 
 
 @dataclass
@@ -41,6 +43,7 @@ class Args:
     max_grad_norm: float = 0.5
     reward_scale: float = 0.02  # returns are some hundred metres
     seed: int = 0
+    connect: tuple[str, ...] = ()  # endpoints of servers; none: the environments are here
 
 
 class Agent(nn.Module):
@@ -73,7 +76,11 @@ def train(args: Args) -> Agent:
     """Trains an agent, and prints the mean return of the episodes that ended in each rollout."""
     torch.manual_seed(args.seed)
     rng = np.random.default_rng(args.seed)
-    envs = gym.make_vec(args.env_id, num_envs=args.num_envs, scenario="pasture", weeds={"count": 20})
+    scenario = {"scenario": "pasture", "weeds": {"count": 20}}
+    if args.connect:
+        envs = swath.remote.make_vec(args.env_id, args.num_envs, connect=args.connect, **scenario)
+    else:
+        envs = gym.make_vec(args.env_id, num_envs=args.num_envs, **scenario)
     envs = NormalizeObservation(RecordEpisodeStatistics(envs))
     agent = Agent(envs.single_observation_space.shape[0], envs.single_action_space.shape[0])
     optimizer = torch.optim.Adam(agent.parameters(), lr=args.learning_rate, eps=1e-5)
@@ -146,7 +153,11 @@ def main() -> None:
     """Reads the arguments and trains."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     for field in fields(Args):
-        parser.add_argument(f"--{field.name.replace('_', '-')}", type=type(field.default), default=field.default)
+        flag, default = f"--{field.name.replace('_', '-')}", field.default
+        if isinstance(default, tuple):
+            parser.add_argument(flag, action="append", default=[], help="may be given again")
+        else:
+            parser.add_argument(flag, type=type(default), default=default)
     train(Args(**vars(parser.parse_args())))
 
 

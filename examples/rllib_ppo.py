@@ -3,6 +3,7 @@
     python examples/rllib_ppo.py --iterations 100
 
 With `vector_entry_point` RLlib's runners get swath's native batch; with `sync` they step single environments in a loop.
+With `--connect` the environments are on servers, and what is learned is the same to the bit.
 """
 
 from __future__ import annotations
@@ -12,20 +13,8 @@ import argparse
 import gymnasium as gym
 import ray
 from ray.rllib.algorithms.ppo import PPOConfig
-from ray.tune.registry import register_env
 
-ENV = "swath-mower-routing"
-
-
-def make_env(config: dict) -> gym.Env | gym.vector.VectorEnv:
-    """Makes what a runner asks for: `num_envs` environments that step together, or a single one."""
-    import swath  # noqa: F401 - registers the ids in the runner's process
-
-    arguments = dict(config)
-    num_envs = arguments.pop("num_envs", None)
-    if num_envs is None:
-        return gym.make("swath/MowerRouting-v0", **arguments)
-    return gym.make_vec("swath/MowerRouting-v0", num_envs=num_envs, **arguments)
+import swath
 
 
 def main() -> None:
@@ -38,17 +27,22 @@ def main() -> None:
     parser.add_argument("--vectorize-mode", choices=["vector_entry_point", "sync"], default="vector_entry_point")
     parser.add_argument("--budget", type=float, default=1.0, help="longest path, in boustrophedon paths")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--connect", action="append", metavar="ENDPOINT", help="a server; again for more")
     arguments = parser.parse_args()
 
     scenario = {"scenario": "pasture", "weeds": {"count": 20}, "episode": {"budget": arguments.budget}}
-    register_env(ENV, make_env)
+    if arguments.connect:
+        # A single environment has one server.
+        is_batch = arguments.vectorize_mode == "vector_entry_point"
+        scenario["connect"] = arguments.connect if is_batch else arguments.connect[0]
+    swath.rllib.register()
     config = (
         PPOConfig()
-        .environment(ENV, env_config=scenario)
+        .environment(swath.rllib.NAME, env_config=scenario)
         .env_runners(
             num_env_runners=0,
             num_envs_per_env_runner=arguments.num_envs,
-            gym_env_vectorize_mode=arguments.vectorize_mode,
+            gym_env_vectorize_mode=gym.VectorizeMode(arguments.vectorize_mode),
             # Returns are some hundred metres; the connector keeps their scale away from the networks.
             env_to_module_connector=observation_filter,
         )

@@ -14,7 +14,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGES = ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md", "CHANGELOG.md", "docs/**/*.md", "agents/learned/*.md")
+PAGES = (
+    "README.md",
+    "ARCHITECTURE.md",
+    "CONTRIBUTING.md",
+    "CHANGELOG.md",
+    "docs/**/*.md",
+    "examples/**/*.md",
+    "agents/learned/*.md",
+)
 GENERATED = {"out", "target", "site", ".venv", ".venv-oldest", ".venv-rllib", ".venv-zoo"}
 
 LINK = re.compile(r"\]\(\s*<?([^)\s>]+)[^)]*\)")

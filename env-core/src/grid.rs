@@ -502,6 +502,17 @@ impl CellSet {
         was_in
     }
 
+    /// Takes these cells of a tile out if all of them are in; returns whether they were.
+    pub(crate) fn remove_from_tile(&mut self, tile: usize, bits: u64) -> bool {
+        match self.words.get_mut(tile) {
+            Some(word) if *word & bits == bits => {
+                *word &= !bits;
+                true
+            }
+            _ => false,
+        }
+    }
+
     /// Calls `visit` with every cell of the set that a footprint may touch, once.
     pub fn for_each_touched<const SIDES: usize>(
         &self,

@@ -97,6 +97,15 @@ impl KnownWeeds {
         self.list.push(weed);
     }
 
+    /// Takes note that a detected weed was mowed, even one that was never in this list.
+    pub(crate) fn strike_out(&mut self, number: u32) {
+        if self.holds(number) {
+            self.remove(number);
+        } else {
+            self.removed.push(number);
+        }
+    }
+
     /// Strikes out the weed of that number, if it is known.
     pub fn remove(&mut self, number: u32) {
         let Some(index) = self.index_of(number) else { return };

@@ -14,6 +14,7 @@
 //! | [`action`], [`motion`], [`mower`] | from an agent's numbers to a motion |
 //! | [`deck`] | **where a weed is mowed** |
 //! | [`sensor`], [`belief`], [`view`] | **who may see it**: what a look shows, what the mower remembers, what an agent gets |
+//! | [`mirror`] | that told piece by piece, for an agent in another process |
 //! | [`candidates`] | the places that the action kind `target` chooses from |
 //! | [`episode`], [`reward`] | when it ends, and **what it is worth** |
 //! | [`observation`], [`mod@env`] | numbers for learners, and the step that joins all of this |
@@ -47,6 +48,7 @@ pub mod sensor;
 mod rig;
 pub mod belief;
 pub mod view;
+pub mod mirror;
 pub mod candidates;
 pub mod episode;
 pub mod reward;

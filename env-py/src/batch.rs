@@ -16,6 +16,7 @@ use crate::infos::table;
 use crate::scenario::Scenario;
 use crate::seed::{Seed, seeds_of_rows};
 use crate::spec::{self, ActionForm, PartTuple};
+use crate::summary::write_numbers;
 use crate::weeds::weeds_of_rows;
 
 /// Fewer rows are stepped without letting other Python threads run meanwhile: it would take as long as the step.
@@ -49,7 +50,8 @@ impl Batch {
         let autoreset = autoreset_from(autoreset_mode)?;
         let options = BatchOptions { rows: num_envs, autoreset, threads: num_threads };
         let core = BatchEnv::new(&scenario.get().scenario, options)?;
-        let face = Face::new(core.observation_spec(), num_envs, autoreset, core.mask_width(), copy);
+        let choices = core.mask_width();
+        let face = Face::new(core.observation_spec(), num_envs, autoreset, choices, copy, true);
         Ok(Self {
             core,
             scenario: scenario.unbind(),
@@ -150,6 +152,14 @@ impl Batch {
         (0..self.options.rows).all(|row| self.core.has_begun(row))
     }
 
+    /// The numbers of a row's present episode, as far as it has got, without an outcome.
+    fn summary<'py>(&self, py: Python<'py>, row: usize) -> Result<Bound<'py, PyDict>, Error> {
+        self.check_row(row)?;
+        let numbers = PyDict::new(py);
+        write_numbers(&numbers, &self.core.rows()[row].summary())?;
+        Ok(numbers)
+    }
+
     /// The state as bytes: of all rows, or of one.
     #[pyo3(signature = (row=None))]
     fn snapshot<'py>(
@@ -236,12 +246,13 @@ impl Batch {
     }
 
     fn check_row(&self, row: usize) -> Result<(), Error> {
-        if row < self.options.rows {
-            return Ok(());
-        }
-        let expected = format!("from 0 to {}", self.options.rows - 1);
-        Err(ConfigError::value("row", expected, row).into())
+        if row < self.options.rows { Ok(()) } else { Err(no_row(row, self.options.rows).into()) }
     }
+}
+
+/// The error that says that a batch of so many rows has no such row.
+pub(crate) fn no_row(row: usize, rows: usize) -> ConfigError {
+    ConfigError::value("row", format!("from 0 to {}", rows - 1), row)
 }
 
 /// The mode of that name.

@@ -5,14 +5,17 @@ use std::sync::Mutex;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use swath_agents::agent::{Agent as Planner, Decision};
-use swath_core::action::ActionSpec;
+use swath_core::action::{ActionDecoder, ActionSpec};
 use swath_core::config::ConfigError;
 use swath_core::env::Env;
 use swath_core::episode::Outcome;
+use swath_core::mirror::Mirror;
+use swath_core::view::View;
 
 use crate::agent::{Agent, AgentSpec};
 use crate::batch::Batch;
 use crate::errors::Error;
+use crate::remote::RemoteBatch;
 use crate::seed::Seed;
 
 /// One agent for each row of a batch, for one episode.
@@ -40,33 +43,36 @@ impl Crew {
     }
 
     /// The next action of every row that `live` names, zeros elsewhere; and why each member has stopped, if it has.
+    ///
+    /// `batch` may be a `Batch`, a `RemoteBatch` that is told percepts, or anything whose `native` is one.
+    #[expect(clippy::needless_pass_by_value, reason = "it is made for this call")]
     fn act<'py>(
         &mut self,
         py: Python<'py>,
-        batch: &Batch,
+        batch: AnyBatch<'py>,
         live: &Bound<'py, PyArray1<bool>>,
     ) -> Result<Decisions<'py>, Error> {
-        let rows = batch.rows();
+        let rows = batch.views()?;
         let live = live.readonly().as_array().to_vec();
         if rows.len() != self.members.len() || live.len() != rows.len() {
             let expected = format!("a batch of {} environments", self.members.len());
             return Err(ConfigError::value("batch", expected, rows.len()).into());
         }
-        let ActionSpec::Continuous(numbers) = rows[0].decoder().spec() else {
-            let kind = rows[0].scenario().action.kind;
+        let decoder = batch.decoder();
+        let ActionSpec::Continuous(numbers) = decoder.spec() else {
             let expected = "`steer` or `drive` for a scripted agent";
             return Err(ConfigError::value(
                 "action.kind",
                 expected,
-                format!("`{kind:?}`").to_lowercase(),
+                format!("`{:?}`", decoder.kind()).to_lowercase(),
             )
             .into());
         };
         let actions = py.detach(|| {
-            let act = |((member, env), is_live): ((&mut Member, &Env), bool)| {
-                if is_live { member.act(env) } else { None }
+            let act = |((member, view), is_live): ((&mut Member, &View), bool)| {
+                if is_live { member.act(view, &decoder) } else { None }
             };
-            self.members.iter_mut().zip(rows).zip(live).map(act).collect::<Vec<_>>()
+            self.members.iter_mut().zip(&rows).zip(live).map(act).collect::<Vec<_>>()
         });
         let size = numbers.len();
         let flat = actions.into_iter().flat_map(|action| action.unwrap_or_else(|| vec![0.0; size]));
@@ -75,18 +81,51 @@ impl Crew {
     }
 }
 
+/// Environments in this process or elsewhere.
+#[derive(FromPyObject)]
+enum AnyBatch<'py> {
+    #[pyo3(transparent)]
+    Here(PyRef<'py, Batch>),
+    #[pyo3(transparent)]
+    Elsewhere(PyRef<'py, RemoteBatch>),
+    Held {
+        native: PyRef<'py, RemoteBatch>,
+    },
+}
+
+impl AnyBatch<'_> {
+    /// What the mowers know, row by row: nothing else reaches a planner.
+    fn views(&self) -> Result<Vec<View<'_>>, ConfigError> {
+        Ok(match self {
+            Self::Here(batch) => batch.rows().iter().map(Env::view).collect(),
+            Self::Elsewhere(batch) | Self::Held { native: batch } => {
+                batch.mirrors()?.iter().map(Mirror::view).collect()
+            }
+        })
+    }
+
+    /// How actions are read.
+    fn decoder(&self) -> ActionDecoder {
+        let env = match self {
+            Self::Here(batch) => &batch.rows()[0],
+            Self::Elsewhere(batch) | Self::Held { native: batch } => batch.template(),
+        };
+        *env.decoder()
+    }
+}
+
 impl Member {
-    fn act(&mut self, env: &Env) -> Option<Vec<f32>> {
+    fn act(&mut self, view: &View, decoder: &ActionDecoder) -> Option<Vec<f32>> {
         if self.stop.is_some() {
             return None;
         }
         let planner = self.planner.get_or_insert_with(|| {
-            let mut planner = self.agent.build(env.scenario().action.kind);
-            planner.reset(&env.view());
+            let mut planner = self.agent.build(decoder.kind());
+            planner.reset(view);
             Mutex::new(planner)
         });
-        match planner.get_mut().expect("the mutex is never locked").act(&env.view()) {
-            Decision::Drive(command) => return env.decoder().encode(command),
+        match planner.get_mut().expect("the mutex is never locked").act(view) {
+            Decision::Drive(command) => return decoder.encode(command),
             Decision::Done => self.stop = Some(Outcome::Done),
             Decision::Capped => self.stop = Some(Outcome::Capped),
         }

@@ -7,6 +7,7 @@ use swath_core::config::ConfigError;
 use swath_core::env::SnapshotError;
 use swath_wire::client::ClientError;
 use swath_wire::fault::Fault;
+use swath_wire::peer::Mismatch;
 
 /// The classes of `swath.errors`: written in Python, so that `ConfigError` can be a `ValueError` too.
 mod python {
@@ -15,6 +16,7 @@ mod python {
     pyo3::import_exception!(swath.errors, SnapshotError);
     pyo3::import_exception!(swath.errors, RemoteError);
     pyo3::import_exception!(swath.errors, RemoteTimeout);
+    pyo3::import_exception!(swath.errors, ResumeError);
 }
 
 /// Whatever a function of this module may raise.
@@ -36,6 +38,8 @@ pub(crate) enum Error {
     Remote(String),
     /// A server that has not answered in time.
     RemoteTimeout(String),
+    /// A session that was lost and cannot be resumed.
+    Resume(String),
     /// An error of Python itself.
     Python(PyErr),
 }
@@ -79,8 +83,17 @@ impl From<ClientError> for Error {
         match error {
             ClientError::Fault(fault) => fault.into(),
             ClientError::Timeout { .. } => Self::RemoteTimeout(error.to_string()),
+            ClientError::NotResumable(_) | ClientError::Differs { .. } => {
+                Self::Resume(error.to_string())
+            }
             other => Self::Remote(other.to_string()),
         }
+    }
+}
+
+impl From<Mismatch> for Error {
+    fn from(mismatch: Mismatch) -> Self {
+        Self::Remote(mismatch.to_string())
     }
 }
 
@@ -100,6 +113,7 @@ impl From<Error> for PyErr {
             Error::Snapshot(error) => python::SnapshotError::new_err(error.to_string()),
             Error::RemoteConfig(text) => python::ConfigError::new_err(text),
             Error::Remote(text) => python::RemoteError::new_err(text),
+            Error::Resume(text) => python::ResumeError::new_err(text),
             Error::RemoteTimeout(text) => python::RemoteTimeout::new_err(text),
             Error::Python(error) => error,
         }

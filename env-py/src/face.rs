@@ -10,7 +10,7 @@ use swath_core::observation::{Observation, ObservationMut, ObservationSpec};
 
 use crate::errors::Error;
 use crate::flat_infos::FlatInfos;
-use crate::infos::{Columns, Put, final_infos, infos, put_summaries};
+use crate::infos::{Columns, Put, final_infos, infos, put_masks, put_summaries};
 use crate::observations::ObservationArrays;
 use crate::spec;
 use crate::summary::write_summary;
@@ -35,6 +35,8 @@ pub(crate) struct Face {
     /// The arrays to write observations into, where the same ones are handed out again and again.
     kept: Option<ObservationArrays>,
     is_copied: bool,
+    /// Whether every step tells its infos, or only those of episodes that end, and what may be chosen.
+    has_infos: bool,
     table: StepTable,
     /// Sum of the rewards and number of the steps of each row's present episode, for `step_flat`.
     returns: Vec<f64>,
@@ -74,6 +76,7 @@ impl Face {
         autoreset: Autoreset,
         choices: usize,
         copy: bool,
+        has_infos: bool,
     ) -> Self {
         Self {
             spec: Arc::new(spec.clone()),
@@ -82,6 +85,7 @@ impl Face {
             choices,
             kept: None,
             is_copied: copy,
+            has_infos,
             table: StepTable::new(rows, choices),
             returns: vec![0.0; rows],
             lengths: vec![0; rows],
@@ -149,7 +153,18 @@ impl Face {
                 }
             }
         }
-        infos(py, self.table.columns(), mask)
+        self.infos(py, mask)
+    }
+
+    fn infos<'py>(&self, py: Python<'py>, mask: &[bool]) -> PyResult<Bound<'py, PyDict>> {
+        if self.has_infos {
+            return infos(py, self.table.columns(), mask);
+        }
+        let infos = PyDict::new(py);
+        if self.choices > 0 {
+            put_masks(&infos, &self.table.action_mask, mask)?;
+        }
+        Ok(infos)
     }
 
     /// A step as Gymnasium wants it, of which so many episodes ended.
@@ -161,7 +176,7 @@ impl Face {
         ends: &Ends,
     ) -> Result<Step<'py>, Error> {
         let table = &self.table;
-        let infos = infos(py, table.columns(), &table.all)?;
+        let infos = self.infos(py, &table.all)?;
         if ended > 0 {
             self.put_last(&infos, ends)?;
         }

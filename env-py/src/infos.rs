@@ -42,10 +42,17 @@ pub(crate) fn infos<'py>(
     if let Some((distances_m, masks)) = columns.decision {
         let (key, mask_key) = (pyo3::intern!(py, "elapsed_m"), pyo3::intern!(py, "_elapsed_m"));
         put.array(key, mask_key, distances_m)?;
-        let (key, mask_key) = (pyo3::intern!(py, "action_mask"), pyo3::intern!(py, "_action_mask"));
-        put.object(key, mask_key, table(py, masks, mask.len())?.as_any())?;
+        put_masks(&infos, masks, mask)?;
     }
     Ok(infos)
+}
+
+/// Which choices are open, row by row.
+pub(crate) fn put_masks(infos: &Bound<PyDict>, masks: &[bool], mask: &[bool]) -> PyResult<()> {
+    let py = infos.py();
+    let (key, mask_key) = (pyo3::intern!(py, "action_mask"), pyo3::intern!(py, "_action_mask"));
+    let put = Put { dict: infos, mask };
+    put.object(key, mask_key, table(py, masks, mask.len())?.as_any())
 }
 
 /// A table with `rows` rows.

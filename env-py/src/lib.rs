@@ -13,6 +13,7 @@
 //! | `agent`, `crew` | agents that act in one or in many |
 //! | `waiting`, `episode`, `evaluation` | whole episodes, one or many, in threads of their own |
 //! | `statistics` | quantiles for confidence intervals |
+//! | `stats` | what a server says of itself |
 //! | `training` | the shipped training configurations |
 
 mod errors;
@@ -37,6 +38,7 @@ mod waiting;
 mod episode;
 mod evaluation;
 mod statistics;
+mod stats;
 mod training;
 
 /// The compiled part of swath.
@@ -60,6 +62,8 @@ mod _native {
     use crate::scenario::{Scenario, cells, resolved, schema, shipped};
     #[pymodule_export]
     use crate::statistics::student_t;
+    #[pymodule_export]
+    use crate::stats::{read_stats, stats_request};
     #[pymodule_export]
     use crate::training::{parse_toml, shipped_trainings};
 

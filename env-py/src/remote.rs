@@ -3,6 +3,7 @@
 //! Bytes go in and out; Python moves them. The rows of a batch may lie on several servers, some neighbouring ones on each.
 
 mod part;
+mod perception;
 
 use numpy::{PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::PyAttributeError;
@@ -12,10 +13,13 @@ use swath_core::action::{ActionError, ActionSpec};
 use swath_core::batch::{
     Actions, Autoreset, BatchEnv, BatchError, BatchOptions, Last, joined, split,
 };
+use swath_core::config::ConfigError;
+use swath_core::env::Env;
 use swath_core::episode::End;
 use swath_core::geometry::Point;
+use swath_core::mirror::Mirror;
 use swath_core::observation::{Observation, Sizes};
-use swath_wire::client::{ClientOptions, ClientOutput, ClientSession};
+use swath_wire::client::{ClientError, ClientOptions, ClientOutput};
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Verb};
@@ -23,21 +27,25 @@ use swath_wire::hosted::ENV_ID;
 use swath_wire::layout::Layout;
 use swath_wire::message::{
     AutoresetMode, Open, OpenReply, Reset, ResetReply, Restore, Seeds, Snapshot, SnapshotReply,
-    Step, StepReply,
+    SpecReply, Step, StepReply,
 };
-use swath_wire::numbers::{bytes_of, read_into};
+use swath_wire::numbers::{bytes_in, bytes_of, read_into};
+use swath_wire::peer::{check_build, check_opened};
 use swath_wire::received::{EndedMut, read_reset, read_step};
+use swath_wire::resume::{ResumeOptions, ResumingSession};
 
 use crate::action::ActionBuffer;
-use crate::batch::autoreset_from;
+use crate::batch::{autoreset_from, no_row};
 use crate::errors::Error;
 use crate::face::{Ends, Face, FlatStep, Step as FaceStep};
 use crate::infos::table;
 use crate::scenario::Scenario;
 use crate::seed::{Seed, seeds_of_rows};
 use crate::spec::{self, ActionForm, PartTuple};
+use crate::summary::write_numbers;
 use crate::weeds::weeds_of_rows;
 use part::{Part, replies, settled};
+use perception::Perception;
 
 type ResetTuple<'py> = (Bound<'py, PyAny>, Bound<'py, PyDict>);
 
@@ -55,10 +63,14 @@ pub(crate) struct RemoteBatch {
     /// One environment of the scenario, which knows all that needs no server.
     template: BatchEnv,
     layout: Layout,
+    /// Whether the servers tell the infos of every step.
+    infos: bool,
     autoreset: Autoreset,
     rows: usize,
     parts: Vec<Part>,
     states: Vec<State>,
+    /// What the mowers perceive, where it was asked for.
+    perception: Option<Perception>,
     actions: ActionBuffer,
     face: Face,
     last: Vec<Option<Last>>,
@@ -82,29 +94,34 @@ enum State {
 #[pymethods]
 impl RemoteBatch {
     #[new]
-    #[pyo3(signature = (scenario, rows_of_parts, autoreset_mode, *, copy, attempt_ms, deadline_ms, jitter_seed))]
+    #[expect(clippy::too_many_arguments, reason = "Python gives most of them by name")]
+    #[pyo3(signature = (scenario, rows_of_parts, autoreset_mode, *, copy, infos, patience_ms, jitter_seed, hash_every=None))]
     fn new(
         scenario: Bound<Scenario>,
         rows_of_parts: Vec<usize>,
         autoreset_mode: &str,
         copy: bool,
-        attempt_ms: u64,
-        deadline_ms: u64,
+        infos: bool,
+        // How long an attempt may take, and a call with all its attempts.
+        patience_ms: (u64, u64),
         jitter_seed: u64,
+        hash_every: Option<u32>,
     ) -> Result<Self, Error> {
         let autoreset = autoreset_from(autoreset_mode)?;
         let options = BatchOptions { rows: 1, autoreset, threads: 1 };
         let template = BatchEnv::new(&scenario.get().scenario, options)?;
+        let resume =
+            hash_every.map(|hash_every| ResumeOptions { hash_every, ..ResumeOptions::default() });
         let mut rows = 0;
         let mut parts = Vec::new();
         for (of_part, ahead) in rows_of_parts.into_iter().zip(0..) {
             let options = ClientOptions {
-                attempt_ms,
-                deadline_ms,
+                attempt_ms: patience_ms.0,
+                deadline_ms: patience_ms.1,
                 jitter_seed: jitter_seed.wrapping_add(ahead),
                 ..ClientOptions::default()
             };
-            let session = ClientSession::new(options);
+            let session = ResumingSession::new(options, resume);
             let part = Part { session, first: rows, rows: of_part, was_asked: false, reply: None };
             parts.push(part);
             rows += of_part;
@@ -113,11 +130,13 @@ impl RemoteBatch {
         let is_same_step = autoreset == Autoreset::SameStep;
         let (last_rows, last_choices) = if is_same_step { (rows, choices) } else { (0, 0) };
         Ok(Self {
-            layout: Layout::of(&template),
-            face: Face::new(template.observation_spec(), rows, autoreset, choices, copy),
+            layout: Layout::of(&template, infos),
+            face: Face::new(template.observation_spec(), rows, autoreset, choices, copy, infos),
+            infos,
             last_observation: template.observation_spec().rows(last_rows),
             last_mask: vec![false; rows * last_choices],
             masks: vec![true; rows * choices],
+            perception: None,
             scenario: scenario.unbind(),
             template,
             autoreset,
@@ -167,9 +186,20 @@ impl RemoteBatch {
         table(py, &self.masks, self.rows)
     }
 
-    /// The name of the lease of one server's session.
-    fn lease(&self, part: usize) -> String {
-        format!("{:032x}", self.parts[part].session.lid().unwrap_or_default())
+    /// The numbers of a row's present episode, as far as it has got, without an outcome. Percepts have to be told for it.
+    fn summary<'py>(&self, py: Python<'py>, row: usize) -> Result<Bound<'py, PyDict>, Error> {
+        if row >= self.rows {
+            return Err(no_row(row, self.rows).into());
+        }
+        let summary = self.perception()?.summary(row)?;
+        let numbers = PyDict::new(py);
+        write_numbers(&numbers, &summary)?;
+        Ok(numbers)
+    }
+
+    /// The name of the lease of one server's session; none if there is none.
+    fn lease(&self, part: usize) -> Option<String> {
+        self.parts[part].session.lid().map(|lid| format!("{lid:032x}"))
     }
 
     /// What to do next for one server.
@@ -188,9 +218,11 @@ impl RemoteBatch {
         }
     }
 
-    /// A server has answered.
-    fn on_reply(&mut self, part: usize, now_ms: u64, message: &[u8]) {
-        self.parts[part].session.on_reply(now_ms, message);
+    /// A server has answered. Returns whether the call is over, so that nothing more has to be waited for.
+    fn on_reply(&mut self, part: usize, now_ms: u64, message: &[u8]) -> bool {
+        let session = &mut self.parts[part].session;
+        session.on_reply(now_ms, message);
+        session.is_done()
     }
 
     /// Nobody has answered, and nobody will.
@@ -207,15 +239,17 @@ impl RemoteBatch {
     fn abandon(&mut self, now_ms: u64) {
         for part in &mut self.parts {
             // An answer that has arrived is kept: a retry asks the others only.
-            if let ClientOutput::Done(reply) = part.session.poll(now_ms) {
+            if let Some(reply) = part.session.abandon(now_ms) {
                 part.reply = Some(reply);
             }
-            part.session.abandon();
         }
     }
 
     /// Asks every server that has not answered the last call the same once more.
     fn retry(&mut self, now_ms: u64) -> Result<(), Error> {
+        if self.parts.iter().all(|part| !part.session.is_in_doubt() && part.reply.is_none()) {
+            return Err(ClientError::NothingToRetry.into());
+        }
         for part in &mut self.parts {
             if part.session.is_in_doubt() {
                 part.reply = None;
@@ -225,8 +259,39 @@ impl RemoteBatch {
         Ok(())
     }
 
-    /// Asks for a session on every server.
-    fn begin_open(&mut self, now_ms: u64, nonces: Vec<u128>, client: &str) -> Result<(), Error> {
+    /// How often sessions were resumed at servers that were started anew.
+    #[getter]
+    fn resumed(&self) -> u64 {
+        self.parts.iter().map(|part| part.session.resumed()).sum()
+    }
+
+    /// Asks every server what it is.
+    fn begin_spec(&mut self, now_ms: u64) -> Result<(), Error> {
+        for part in &mut self.parts {
+            (part.reply, part.was_asked) = (None, true);
+            part.session.call_empty(now_ms, Verb::Spec)?;
+        }
+        Ok(())
+    }
+
+    /// The servers are of the same version of swath.
+    fn finish_spec(&mut self) -> Result<(), Error> {
+        for reply in replies(&mut self.parts)? {
+            let (_, payload) = Header::read(&reply).map_err(Fault::from)?;
+            check_build(&codec::read::<SpecReply>(payload)?, env!("CARGO_PKG_VERSION"))?;
+        }
+        Ok(())
+    }
+
+    /// Asks for a session on every server, which tells what the mowers perceive if `percept` says so.
+    fn begin_open(
+        &mut self,
+        now_ms: u64,
+        nonces: Vec<u128>,
+        client: &str,
+        percept: bool,
+    ) -> Result<(), Error> {
+        self.perception = percept.then(|| Perception::new(self.template(), self.rows));
         let config = self.scenario.get().scenario.to_toml();
         let autoreset = match self.autoreset {
             Autoreset::NextStep => AutoresetMode::NextStep,
@@ -242,7 +307,9 @@ impl RemoteBatch {
                 num_envs: u32::try_from(part.rows).unwrap_or(u32::MAX),
                 autoreset,
                 hash_every: 0,
+                infos: self.infos,
                 snapshot: None,
+                percept,
                 client: client.to_owned(),
             };
             part.session.open(now_ms, &open)?;
@@ -255,19 +322,7 @@ impl RemoteBatch {
         for reply in replies(&mut self.parts)? {
             let (_, payload) = Header::read(&reply).map_err(Fault::from)?;
             let reply: OpenReply = codec::read(payload)?;
-            if reply.config_hash != self.scenario.get().scenario.hash() {
-                return Err(Error::Remote(
-                    "the server has another version of swath: it reads the scenario otherwise"
-                        .to_owned(),
-                ));
-            }
-            let got = (&reply.observation, &reply.action, &reply.info, &reply.ended);
-            let Layout { observation, action, info, ended } = &self.layout;
-            if got != (observation, action, info, ended) {
-                return Err(Error::Remote(
-                    "the server has another version of swath: its tables differ".to_owned(),
-                ));
-            }
+            check_opened(&reply, &self.layout, &self.scenario.get().scenario.hash())?;
         }
         Ok(())
     }
@@ -290,6 +345,7 @@ impl RemoteBatch {
             .into_iter()
             .map(|points| points.map(bytes))
             .collect();
+        let is_in_doubt = settled(&self.parts).is_err();
         for part in &mut self.parts {
             let rows = part.first..part.first + part.rows;
             let there = bytes_of(seeds[rows.clone()].iter().map(Option::is_some));
@@ -303,6 +359,11 @@ impl RemoteBatch {
             };
             (part.reply, part.was_asked) = (None, true);
             part.session.call(now_ms, Verb::Reset, &reset)?;
+        }
+        if let Some(perception) = &mut self.perception {
+            let given = |row: usize| weeds.get(row).or(weeds.first()).and_then(Option::as_ref);
+            let count = |row| given(row).map(|table| table.len() / (2 * size_of::<f64>()));
+            perception.ask_to_begin(&mask, count, is_in_doubt);
         }
         self.begun = mask;
         Ok(())
@@ -339,8 +400,8 @@ impl RemoteBatch {
         for part in &mut self.parts {
             let (start, end) = (part.first * width, (part.first + part.rows) * width);
             let table = match actions {
-                Actions::Continuous(numbers) => bytes_of(numbers[start..end].iter().copied()),
-                Actions::Discrete(choices) => bytes_of(choices[start..end].iter().copied()),
+                Actions::Continuous(numbers) => bytes_in(&numbers[start..end]),
+                Actions::Discrete(choices) => bytes_in(&choices[start..end]),
             };
             (part.reply, part.was_asked) = (None, true);
             part.session.call(now_ms, Verb::Step, &Step { actions: vec![&table] })?;
@@ -449,15 +510,21 @@ impl RemoteBatch {
         for (row, state) in std::mem::take(&mut self.restored) {
             self.states[row] = state;
             self.face.forget(row);
+            if let Some(perception) = &mut self.perception {
+                perception.forget(row);
+            }
         }
-        if choices == 0 {
-            return Ok(());
-        }
-        // What may be chosen now, of all rows on the servers that were asked.
+        // What is perceived and may be chosen now, of all rows on the servers that were asked.
         let parts = self.parts.iter().filter(|part| part.was_asked);
         for (part, reply) in parts.zip(&replies) {
             let (_, payload) = Header::read(reply).map_err(Fault::from)?;
             let reply: ResetReply = codec::read(payload)?;
+            if let Some(perception) = &mut self.perception {
+                perception.take_in(part, reply.percept.as_ref())?;
+            }
+            if choices == 0 {
+                continue;
+            }
             let table = reply.info.last().ok_or(Fault::Malformed { offset: 0 })?;
             let places = part.first * choices..(part.first + part.rows) * choices;
             read_into(table, &mut self.masks[places])?;
@@ -482,6 +549,26 @@ impl RemoteBatch {
 }
 
 impl RemoteBatch {
+    /// What every mower perceives.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] if the sessions were opened without percepts.
+    pub(crate) fn mirrors(&self) -> Result<&[Mirror], ConfigError> {
+        self.perception().map(Perception::mirrors)
+    }
+
+    fn perception(&self) -> Result<&Perception, ConfigError> {
+        self.perception.as_ref().ok_or_else(|| {
+            ConfigError::value("percept", "true where a scripted agent acts", "false")
+        })
+    }
+
+    /// One environment of the scenario, which has begun no episode.
+    pub(crate) fn template(&self) -> &Env {
+        &self.template.rows()[0]
+    }
+
     fn ends(&self) -> Ends<'_> {
         Ends {
             last: Box::new(|row: usize| self.last[row].as_ref()),
@@ -494,7 +581,17 @@ impl RemoteBatch {
     fn receive_step<'py>(&mut self, py: Python<'py>) -> Result<(Bound<'py, PyAny>, usize), Error> {
         let replies = replies(&mut self.parts)?;
         let Self {
-            face, parts, last, last_observation, last_mask, template, states, masks, ..
+            face,
+            parts,
+            last,
+            last_observation,
+            last_mask,
+            template,
+            states,
+            masks,
+            layout,
+            perception,
+            ..
         } = self;
         let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
         let is_same_step = self.autoreset == Autoreset::SameStep;
@@ -509,6 +606,7 @@ impl RemoteBatch {
             for (part, reply) in parts.iter().zip(&replies) {
                 let (_, payload) = Header::read(reply).map_err(Fault::from)?;
                 let reply: StepReply = codec::read(payload)?;
+                check_tables(&reply.info, layout)?;
                 let (of_part, rest) = out.split_at(part.rows, sizes, choices);
                 out = rest;
                 let (last_of_part, rest) = last.split_at_mut(part.rows);
@@ -519,9 +617,19 @@ impl RemoteBatch {
                 last_mask = rest;
                 let into = EndedMut { last: last_of_part, observation, mask };
                 ended += read_step(&reply, of_part, into)?;
+                if let Some(perception) = perception {
+                    perception.take_in(part, reply.percept.as_ref())?;
+                }
             }
             for (row, state) in states.iter_mut().enumerate() {
                 let has_ended = table.terminated[row] || table.truncated[row];
+                if let Some(perception) = perception {
+                    if *state == State::Ended || (has_ended && is_same_step) {
+                        perception.begin_next(row);
+                    } else {
+                        perception.count(row, table.weed[row]);
+                    }
+                }
                 *state = if has_ended && !is_same_step { State::Ended } else { State::Running };
             }
             masks.copy_from_slice(&table.action_mask);
@@ -536,7 +644,7 @@ impl RemoteBatch {
         mask: &[bool],
     ) -> Result<Bound<'py, PyAny>, Error> {
         let replies = replies(&mut self.parts)?;
-        let Self { face, parts, template, states, masks, .. } = self;
+        let Self { face, parts, template, states, masks, layout, perception, .. } = self;
         let (sizes, choices) = (template.observation_spec().sizes(), template.mask_width());
         face.begin(mask);
         let (observation, ()) = face.write(py, |table, observation| {
@@ -544,12 +652,19 @@ impl RemoteBatch {
             for (part, reply) in parts.iter().zip(&replies) {
                 let (_, payload) = Header::read(reply).map_err(Fault::from)?;
                 let reply: ResetReply = codec::read(payload)?;
+                check_tables(&reply.info, layout)?;
                 let (of_part, rest) = out.split_at(part.rows, sizes, choices);
                 out = rest;
                 read_reset(&reply, of_part)?;
+                if let Some(perception) = perception {
+                    perception.take_in(part, reply.percept.as_ref())?;
+                }
             }
             for row in (0..mask.len()).filter(|&row| mask[row]) {
                 states[row] = State::Running;
+                if let Some(perception) = perception {
+                    perception.begin(row);
+                }
                 let places = row * choices..(row + 1) * choices;
                 masks[places.clone()].copy_from_slice(&table.action_mask[places]);
             }
@@ -557,4 +672,9 @@ impl RemoteBatch {
         })?;
         Ok(observation)
     }
+}
+
+/// Infos that were asked for are there.
+fn check_tables(info: &[&[u8]], layout: &Layout) -> Result<(), Fault> {
+    if info.len() == layout.info.len() { Ok(()) } else { Err(Fault::Malformed { offset: 0 }) }
 }

@@ -11,7 +11,7 @@ use std::time::Duration;
 use swath_wire::header::Verb;
 use zenoh::bytes::ZBytes;
 use zenoh::liveliness::LivelinessToken;
-use zenoh::query::{Query, Queryable};
+use zenoh::query::{Query, Queryable, Reply};
 use zenoh::sample::SampleKind;
 use zenoh::{Config, Session, Wait};
 
@@ -52,9 +52,16 @@ impl From<zenoh::Error> for FrontError {
 
 /// How long to look for another server of the same name.
 const LOOK: Duration = Duration::from_millis(500);
+/// How often to try for a name that another server wants at the same time.
+const ATTEMPTS: u32 = 5;
+/// How long one server's sign of life may take to another one: of two that start at once and are further apart than this,
+/// both stay, and their clients say so.
+const ON_THE_WAY: Duration = Duration::from_millis(100);
+/// After such a try, 0 to 255 times this long.
+const STEP_BACK: Duration = Duration::from_millis(4);
 
 impl Front {
-    /// Declares the keys of the server `name`; what arrives at them goes to `events`, as long as not more than `most`
+    /// Declares the keys of the server `name`, which nobody else may have, here or where `to_ask` leads; what arrives at them goes to `events`, as long as not more than `most`
     /// bytes wait there.
     ///
     /// # Errors
@@ -62,16 +69,17 @@ impl Front {
     /// [`FrontError`] if the endpoint is taken or the name is.
     pub fn open<E: From<Arrival> + Send + 'static>(
         config: Config,
+        to_ask: Option<Config>,
         name: &str,
         boot_id: u128,
         most: usize,
         events: &SyncSender<E>,
     ) -> Result<Self, FrontError> {
         let session = zenoh::open(config).wait()?;
-        let alive = format!("swath/v1/{name}/alive");
-        let others = session.liveliness().get(format!("{alive}/*")).timeout(LOOK).wait()?;
-        if others.into_iter().any(|reply| reply.result().is_ok()) {
-            return Err(FrontError::NameTaken(name.to_owned()));
+        let routers = to_ask.map(|config| zenoh::open(config).wait()).transpose()?;
+        let alive = take_name(&session, routers.as_ref(), name, boot_id)?;
+        if let Some(routers) = routers {
+            routers.close().wait()?;
         }
         let lease = format!("swath/v1/{name}/lease/");
         let leases = Arc::new(Mutex::new(Vec::new()));
@@ -114,7 +122,6 @@ impl Front {
                 session.declare_queryable(key).complete(true).callback(callback).wait()?;
             queryables.push(queryable);
         }
-        let alive = session.liveliness().declare_token(format!("{alive}/{boot_id:032x}")).wait()?;
         Ok(Self { session, _queryables: queryables, _alive: alive, waiting, leases })
     }
 
@@ -137,6 +144,50 @@ impl Front {
     pub fn close(self) -> Result<(), FrontError> {
         Ok(self.session.close().wait()?)
     }
+}
+
+/// Shows that a server of this name is alive, unless there is another one.
+///
+/// Of two that start at once, each may find nobody and then both are there: who finds another one after showing itself
+/// steps back, waits for a while that chance decides, and looks anew.
+fn take_name(
+    session: &Session,
+    routers: Option<&Session>,
+    name: &str,
+    boot_id: u128,
+) -> Result<LivelinessToken, FrontError> {
+    let alive = format!("swath/v1/{name}/alive");
+    let own = format!("{alive}/{boot_id:032x}");
+    let others = || -> Result<bool, FrontError> {
+        for session in [Some(session), routers].into_iter().flatten() {
+            let tokens = session.liveliness().get(format!("{alive}/*")).timeout(LOOK).wait()?;
+            let is_other =
+                |reply: Reply| reply.result().is_ok_and(|token| token.key_expr().as_str() != own);
+            if tokens.into_iter().any(is_other) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    };
+    for attempt in 0..ATTEMPTS {
+        if others()? {
+            break;
+        }
+        let token = session.liveliness().declare_token(own.as_str()).wait()?;
+        if routers.is_none() {
+            // Whoever comes later looks here.
+            return Ok(token);
+        }
+        // What the other one has shown may still be on its way here.
+        std::thread::sleep(ON_THE_WAY);
+        if !others()? {
+            return Ok(token);
+        }
+        token.undeclare().wait()?;
+        let chance = (boot_id >> (16 * attempt)) & 0xff;
+        std::thread::sleep(STEP_BACK * u32::try_from(chance).expect("it is below 256"));
+    }
+    Err(FrontError::NameTaken(name.to_owned()))
 }
 
 fn length(query: &Query) -> usize {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use serde::Deserialize;
+use swath_wire::hosted::Bounds;
 use swath_wire::message::Limits;
 
 use crate::access::{Access, AccessError, Wish};
@@ -38,6 +39,12 @@ pub struct Arguments {
     /// Most environments of a session [default: 16384]
     #[arg(long, value_name = "N")]
     pub max_envs: Option<u32>,
+    /// Most cells of the pastures of a session, each 1 m by 1 m [default: 268435456]
+    #[arg(long, value_name = "N")]
+    pub max_cells: Option<u64>,
+    /// Most weeds of a session [default: 4194304]
+    #[arg(long, value_name = "N")]
+    pub max_weeds: Option<u64>,
     /// Largest message, bytes [default: 67108864]
     #[arg(long, value_name = "BYTES")]
     pub max_msg: Option<u32>,
@@ -47,7 +54,7 @@ pub struct Arguments {
     /// Most bytes of replies that are kept in case they are asked for again [default: 1073741824]
     #[arg(long, value_name = "BYTES")]
     pub max_cached: Option<u64>,
-    /// How long until a client that is frozen counts as gone, milliseconds [default: 10000]
+    /// How long until clients take a frozen server for gone, milliseconds; each client announces its own [default: 10000]
     #[arg(long, value_name = "MS")]
     pub lease_ms: Option<u32>,
     /// How long a session outlives its client, milliseconds [default: 30000]
@@ -86,6 +93,8 @@ struct File {
     workers: Option<usize>,
     max_sessions: Option<u32>,
     max_envs: Option<u32>,
+    max_cells: Option<u64>,
+    max_weeds: Option<u64>,
     max_msg: Option<u32>,
     max_waiting: Option<usize>,
     max_cached: Option<u64>,
@@ -113,6 +122,8 @@ pub struct Options {
     pub workers: usize,
     /// How much is taken on.
     pub limits: Limits,
+    /// How large the environments of a session may be.
+    pub bounds: Bounds,
     /// Most bytes of requests that wait to be looked at.
     pub max_waiting: usize,
     /// Most bytes of replies that are kept.
@@ -157,7 +168,7 @@ impl Arguments {
     /// [`OptionsError`] naming the first one that cannot be used.
     pub fn check(self) -> Result<Options, OptionsError> {
         let file = self.config.as_deref().map_or_else(|| Ok(File::default()), File::read)?;
-        let usual = Limits::default();
+        let (usual, usual_bounds) = (Limits::default(), Bounds::default());
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let either = |flags: Vec<String>, file| if flags.is_empty() { file } else { flags };
         let listen = self.listen.or(file.listen);
@@ -186,6 +197,10 @@ impl Arguments {
                 lease_ms: self.lease_ms.or(file.lease_ms).unwrap_or(usual.lease_ms),
                 grace_ms: self.grace_ms.or(file.grace_ms).unwrap_or(usual.grace_ms),
                 idle_ms: self.idle_ms.or(file.idle_ms).unwrap_or(usual.idle_ms),
+            },
+            bounds: Bounds {
+                max_cells: self.max_cells.or(file.max_cells).unwrap_or(usual_bounds.max_cells),
+                max_weeds: self.max_weeds.or(file.max_weeds).unwrap_or(usual_bounds.max_weeds),
             },
             max_waiting: self.max_waiting.or(file.max_waiting).unwrap_or(256 << 20),
             max_cached: self.max_cached.or(file.max_cached).unwrap_or(1 << 30),
@@ -228,6 +243,8 @@ impl Options {
             ("workers", self.workers as u64, 1, 1024),
             ("max_sessions", limits.max_sessions.into(), 1, 65_536),
             ("max_envs", limits.max_envs.into(), 1, 1_000_000),
+            ("max_cells", self.bounds.max_cells, 1, 1 << 40),
+            ("max_weeds", self.bounds.max_weeds, 1, 1 << 40),
             ("max_msg", limits.max_msg.into(), 4096, 64 << 20),
             ("max_waiting", self.max_waiting as u64, limits.max_msg.into(), 1 << 40),
             ("max_cached", self.max_cached, 4096, 1 << 40),

@@ -18,7 +18,7 @@ use crate::endpoint::Endpoint;
 use crate::front::{Arrival, Front, FrontError};
 use crate::options::Options;
 use crate::post::Post;
-use crate::settings::settings;
+use crate::settings::{settings, settings_to_ask};
 use crate::worker::{self, Done, Task};
 
 /// What may wait to be looked at: more is dropped, and asked again.
@@ -102,8 +102,10 @@ impl Server {
         options.listen =
             options.listen.with_port().map_err(|error| FrontError::Zenoh(error.to_string()))?;
         let (config, most) = (settings(&options)?, options.max_waiting);
-        let front = Front::open(config, &options.name, boot_id, most, &events_in)?;
-        let workers = worker::start(options.workers, options.limits, tasks_out, &events_in);
+        let to_ask = settings_to_ask(&options)?;
+        let front = Front::open(config, to_ask, &options.name, boot_id, most, &events_in)?;
+        let workers =
+            worker::start(options.workers, options.limits, options.bounds, tasks_out, &events_in);
         let schema = serde_json::to_string(&config::schema()).expect("a schema is JSON");
         let envs =
             vec![EnvInfo { id: ENV_ID.to_owned(), config_schema: schema, autoreset: EVERY_MODE }];
@@ -123,7 +125,7 @@ impl Server {
             clock: Clock::start(),
             listen: options.listen,
             front,
-            post: Post::open(),
+            post: Post::default(),
             sessions,
             events,
             tasks,
@@ -239,7 +241,9 @@ impl Server {
                 }
             }
             ServerOutput::Drop(query) => {
-                self.queries.remove(&query);
+                if let Some(query) = self.queries.remove(&query) {
+                    self.post.discard(query);
+                }
             }
             ServerOutput::Free { sid } => {
                 tracing::info!(session = short(sid), "freed");

@@ -6,6 +6,8 @@ use zenoh::Config;
 use crate::endpoint::Endpoint;
 use crate::options::Options;
 
+/// Pieces of replies, of 64 KiB, that may wait for the network before their sender has to: as many as Zenoh allows.
+const WAITING_PIECES: usize = 16;
 /// Longer than what Zenoh adds to a message.
 const MESSAGE_SLACK: u32 = 64 << 10;
 
@@ -15,6 +17,27 @@ const MESSAGE_SLACK: u32 = 64 << 10;
 ///
 /// Zenoh's own, if it does not take them.
 pub fn settings(options: &Options) -> Result<Config, zenoh::Error> {
+    Config::from_json5(&all(options).to_string())
+}
+
+/// Settings for one that only asks at the routers: these answer clients what they keep from servers, which they take to
+/// know each other. None where there are no routers.
+///
+/// # Errors
+///
+/// Zenoh's own, if it does not take them.
+pub fn settings_to_ask(options: &Options) -> Result<Option<Config>, zenoh::Error> {
+    if options.connect.is_empty() {
+        return Ok(None);
+    }
+    let mut all = all(options);
+    all["mode"] = "client".into();
+    all["listen"] = json!({});
+    all["access_control"] = json!({ "enabled": false });
+    Config::from_json5(&all.to_string()).map(Some)
+}
+
+fn all(options: &Options) -> Value {
     let texts = |endpoints: &[Endpoint]| -> Vec<String> {
         endpoints.iter().map(Endpoint::to_string).collect()
     };
@@ -27,7 +50,7 @@ pub fn settings(options: &Options) -> Result<Config, zenoh::Error> {
         .collect();
     let mut link = json!({
         "protocols": protocols,
-        "tx": { "lease": options.limits.lease_ms },
+        "tx": { "lease": options.limits.lease_ms, "queue": { "size": { "data": WAITING_PIECES } } },
         "rx": { "max_message_size": options.limits.max_msg.saturating_add(MESSAGE_SLACK) },
     });
     if let Some(tls) = &options.access.tls {
@@ -42,15 +65,14 @@ pub fn settings(options: &Options) -> Result<Config, zenoh::Error> {
             "close_link_on_expiration": true,
         });
     }
-    let all = json!({
+    json!({
         "mode": "peer",
         "listen": { "endpoints": texts(listen), "exit_on_failure": true },
         "connect": { "endpoints": texts(&options.connect), "timeout_ms": 5000, "exit_on_failure": true },
         "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
         "transport": { "link": link },
         "access_control": access_control(options),
-    });
-    Config::from_json5(&all.to_string())
+    })
 }
 
 /// What clients with the right names may do, and nobody else anything: ask the server, hear that it is alive, and show

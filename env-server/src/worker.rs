@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Kind, Verb};
-use swath_wire::hosted::Hosted;
+use swath_wire::hosted::{Bounds, Hosted};
 use swath_wire::message::Limits;
 use swath_wire::server::{Finished, Job, JobId};
 
@@ -45,6 +45,7 @@ pub struct Done {
 pub fn start<E: From<Done> + Send + 'static>(
     workers: usize,
     limits: Limits,
+    bounds: Bounds,
     tasks: Receiver<Task>,
     events: &SyncSender<E>,
 ) -> Vec<JoinHandle<()>> {
@@ -55,7 +56,7 @@ pub fn start<E: From<Done> + Send + 'static>(
             loop {
                 let task = tasks.lock().unwrap_or_else(PoisonError::into_inner).recv();
                 let Ok(task) = task else { return };
-                if events.send(E::from(carry_out(task, &limits))).is_err() {
+                if events.send(E::from(carry_out(task, &limits, bounds))).is_err() {
                     return;
                 }
             }
@@ -69,11 +70,11 @@ pub fn start<E: From<Done> + Send + 'static>(
 }
 
 /// Does one job.
-fn carry_out(task: Task, limits: &Limits) -> Done {
+fn carry_out(task: Task, limits: &Limits, bounds: Bounds) -> Done {
     let Task { job, hosted } = task;
     let (id, sid, seq) = (job.id, job.sid, job.header.seq);
     let Kind::Request(verb) = job.header.kind else { unreachable!("jobs are requests") };
-    let (hosted, result) = guarded(seq, || answer(&job, hosted, limits));
+    let (hosted, result) = guarded(seq, || answer(&job, hosted, limits, bounds));
     Done { job: id, verb, sid, hosted, result }
 }
 
@@ -87,13 +88,13 @@ fn guarded(seq: u64, work: impl FnOnce() -> Answer) -> Answer {
 
 type Answer = (Option<Box<Hosted>>, Result<Finished, Fault>);
 
-fn answer(job: &Job, hosted: Option<Box<Hosted>>, limits: &Limits) -> Answer {
+fn answer(job: &Job, hosted: Option<Box<Hosted>>, limits: &Limits, bounds: Bounds) -> Answer {
     let payload = match Header::read(&job.message) {
         Ok((_, payload)) => payload,
         Err(error) => return (hosted, Err(error.into())),
     };
     if job.header.kind == Kind::Request(Verb::Open) {
-        return match open(job, payload, limits) {
+        return match open(job, payload, limits, bounds) {
             Ok((hosted, finished)) => (Some(Box::new(hosted)), Ok(finished)),
             Err(fault) => (None, Err(fault)),
         };
@@ -110,8 +111,14 @@ fn answer(job: &Job, hosted: Option<Box<Hosted>>, limits: &Limits) -> Answer {
     (Some(hosted), result)
 }
 
-fn open(job: &Job, payload: &[u8], limits: &Limits) -> Result<(Hosted, Finished), Fault> {
-    let hosted = Hosted::open(&codec::read(payload)?, limits, 1)?;
+fn open(
+    job: &Job,
+    payload: &[u8],
+    limits: &Limits,
+    bounds: Bounds,
+) -> Result<(Hosted, Finished), Fault> {
+    // One thread: the workers are as many as the cores, and a pool for each session would have them fight.
+    let hosted = Hosted::open_within(&codec::read(payload)?, limits, bounds, 1)?;
     let reply = hosted.open_reply(job.sid, job.lid, *limits);
     let header = Header { kind: Kind::Reply(Verb::Open), ..job.header };
     let message = codec::write(&header, &reply)?;

@@ -76,6 +76,18 @@ pub enum ClientError {
     /// Two servers answer to one name.
     #[error("two servers have the same name")]
     TwoServers,
+    /// A session that was lost and cannot be resumed.
+    #[error("the session cannot be resumed: {0}")]
+    NotResumable(Fault),
+    /// The server that a session was resumed at does not do what the one before did.
+    #[error(
+        "the session cannot be resumed: the server replies otherwise to request {request} since its last snapshot \
+         than the one before did"
+    )]
+    Differs {
+        /// The request, from 1; 0 for the open itself.
+        request: u64,
+    },
     /// An answer that cannot be read.
     #[error("the reply to `{verb}` cannot be read", verb = .0.name())]
     Unexpected(Verb),
@@ -228,6 +240,22 @@ impl ClientSession {
         self.begin(now_ms, verb, |header| Ok(codec::write_empty(header)))
     }
 
+    /// Begins a call whose payload is bytes already, as [`Self::call`] does.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::call`].
+    pub fn call_bytes(
+        &mut self,
+        now_ms: u64,
+        verb: Verb,
+        payload: &[u8],
+    ) -> Result<(), ClientError> {
+        self.begin(now_ms, verb, |header| {
+            Ok(header.message(payload.len(), |bytes| bytes.extend(payload)))
+        })
+    }
+
     /// Asks what the server is.
     ///
     /// # Errors
@@ -370,6 +398,12 @@ impl ClientSession {
     #[must_use]
     pub fn is_in_doubt(&self) -> bool {
         self.doubt.is_some()
+    }
+
+    /// Whether the call is over, and [`Self::poll`] tells how.
+    #[must_use]
+    pub fn is_done(&self) -> bool {
+        self.done.is_some()
     }
 
     /// How many messages were no answer to what was asked.
@@ -525,6 +559,11 @@ impl ClientSession {
             self.give_up(0);
         }
         self.done = None;
+    }
+
+    /// Forgets a snapshot that was not answered in time: nothing depends on it.
+    pub fn forget_snapshot(&mut self) {
+        self.doubt.take_if(|doubt| doubt.request.verb == Verb::Snapshot);
     }
 
     fn give_up(&mut self, waited_ms: u64) -> ClientError {

@@ -5,6 +5,7 @@
 //! more than the limit is refused before memory is asked for; so is one with bytes to spare, and one that ends early.
 
 use bincode::config::{Configuration, Fixint, Limit, LittleEndian};
+use bincode::enc::write::SizeWriter;
 use bincode::{BorrowDecode, Encode};
 
 use crate::fault::{Fault, FaultMessage};
@@ -26,9 +27,11 @@ const FORMAT: Format = bincode::config::standard()
 ///
 /// [`Fault::TooLarge`] if it has more than [`LARGEST_PAYLOAD`] behind its header.
 pub fn write(header: &Header, payload: &impl Encode) -> Result<Vec<u8>, Fault> {
-    let mut is_fine = true;
-    let bytes = header.message(64, |bytes| {
-        is_fine = bincode::encode_into_std_write(payload, bytes, FORMAT).is_ok();
+    // Long messages are not moved as they grow.
+    let mut room = SizeWriter::default();
+    let mut is_fine = bincode::encode_into_writer(payload, &mut room, FORMAT).is_ok();
+    let bytes = header.message(room.bytes_written, |bytes| {
+        is_fine = is_fine && bincode::encode_into_std_write(payload, bytes, FORMAT).is_ok();
     });
     let (size, limit) = (bytes.len() as u64, (HEADER_BYTES + LARGEST_PAYLOAD) as u64);
     if is_fine && size <= limit { Ok(bytes) } else { Err(Fault::TooLarge { size, limit }) }
@@ -125,7 +128,9 @@ mod tests {
             num_envs: 3,
             autoreset: AutoresetMode::SameStep,
             hash_every: 0,
+            infos: true,
             snapshot: Some(b"abc"),
+            percept: false,
             client: String::new(),
         };
         let bytes = write(&header, &open).unwrap();

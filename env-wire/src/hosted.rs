@@ -1,5 +1,6 @@
 //! The batch behind a session: requests in, replies out.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
@@ -8,6 +9,7 @@ use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchError, BatchOptions, 
 use swath_core::config::{Document, ValidScenario};
 use swath_core::env::{Beginning, Env};
 use swath_core::geometry::Point;
+use swath_core::grid::Grid;
 use swath_core::observation::Observation;
 
 use crate::codec;
@@ -19,10 +21,26 @@ use crate::message::{
     AutoresetMode, Open, OpenReply, Reset, ResetReply, Restore, Seeds, Snapshot, SnapshotReply,
     Step, StepReply,
 };
-use crate::numbers::{self, bytes_of};
+use crate::numbers::{self, bytes_in, bytes_of};
+use crate::percept::{Tables, Teller};
 
 /// The scenarios that can be opened.
 pub const ENV_ID: &str = "swath/MowerRouting-v0";
+
+/// How large the environments of a session may be, all of them together: what they take of the server's memory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Bounds {
+    /// Cells of their pastures, each a square metre.
+    pub max_cells: u64,
+    /// Their weeds.
+    pub max_weeds: u64,
+}
+
+impl Default for Bounds {
+    fn default() -> Self {
+        Self { max_cells: 1 << 28, max_weeds: 1 << 22 }
+    }
+}
 
 /// A batch of environments that is stepped by messages.
 #[derive(Debug)]
@@ -32,10 +50,14 @@ pub struct Hosted {
     autoreset: Autoreset,
     layout: Layout,
     columns: Columns,
+    infos: bool,
+    /// Where percepts were asked for.
+    teller: Option<Teller>,
     hash_every: u32,
     requests: u32,
     steps: u64,
     max_msg: u32,
+    max_weeds: u64,
 }
 
 /// What a step writes.
@@ -54,15 +76,31 @@ struct Columns {
 }
 
 impl Hosted {
+    /// The batch that a client asks for, within the usual bounds; see [`Self::open_within`].
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::open_within`].
+    pub fn open(open: &Open, limits: &Limits, threads: usize) -> Result<Self, Fault> {
+        Self::open_within(open, limits, Bounds::default(), threads)
+    }
+
     /// The batch that a client asks for, stepped by `threads` threads at most.
     ///
+    /// Nothing is built before its size is known.
     /// A scenario that names a file of weeds is refused: a server reads no files for its clients.
     ///
     /// # Errors
     ///
-    /// [`Fault::BadConfig`] if the scenario or the snapshot cannot be used, [`Fault::TooLarge`] if a reply would not fit into
+    /// [`Fault::BadConfig`] if the scenario or the snapshot cannot be used or the environments are too many or too large,
+    /// [`Fault::TooLarge`] if a reply would not fit into
     /// a message or there are too many environments.
-    pub fn open(open: &Open, limits: &Limits, threads: usize) -> Result<Self, Fault> {
+    pub fn open_within(
+        open: &Open,
+        limits: &Limits,
+        bounds: Bounds,
+        threads: usize,
+    ) -> Result<Self, Fault> {
         let bad = |text: String| Fault::BadConfig { text };
         if open.env_id != ENV_ID {
             return Err(bad(format!("`env_id` must be {ENV_ID}, got {}", open.env_id)));
@@ -72,10 +110,10 @@ impl Hosted {
             return Err(bad("`num_envs` must be at least 1, got 0".to_owned()));
         }
         if open.num_envs > limits.max_envs {
-            return Err(Fault::TooLarge {
-                size: open.num_envs.into(),
-                limit: limits.max_envs.into(),
-            });
+            let (most, got) = (limits.max_envs, open.num_envs);
+            return Err(bad(format!(
+                "`num_envs` must be at most {most} on this server, got {got}"
+            )));
         }
         let document = Document::parse("remote", &open.config, Path::new(""))
             .map_err(|error| bad(error.to_string()))?;
@@ -91,15 +129,28 @@ impl Hosted {
             AutoresetMode::SameStep => Autoreset::SameStep,
             AutoresetMode::Disabled => Autoreset::Disabled,
         };
-        let mut batch = BatchEnv::new(&scenario, BatchOptions { rows, autoreset, threads })
-            .map_err(|error| bad(error.to_string()))?;
-        let layout = Layout::of(&batch);
-        let longest = layout.longest_reply(rows) as u64;
+        check_size(&scenario, rows as u64, bounds)?;
+        let batch_of = |rows| {
+            BatchEnv::new(&scenario, BatchOptions { rows, autoreset, threads })
+                .map_err(|error| bad(error.to_string()))
+        };
+        let one = batch_of(1)?;
+        let layout = Layout::of(&one, open.infos);
+        let teller_of =
+            |batch: &BatchEnv| open.percept.then(|| Teller::new(batch, most_weeds(&scenario)));
+        let longest = longest_reply(&layout, rows, teller_of(&one).as_ref()) as u64;
         if longest > limits.max_msg.into() {
             return Err(Fault::TooLarge { size: longest, limit: limits.max_msg.into() });
         }
+        let mut batch = batch_of(rows)?;
+        let mut teller = teller_of(&batch);
         if let Some(snapshot) = open.snapshot {
             batch.restore(snapshot).map_err(|error| bad(error.to_string()))?;
+            check_weeds(&batch, teller.as_ref())?;
+            // What a client knows who held the snapshot: a session that is resumed tells what the lost one would have told.
+            if let Some(teller) = &mut teller {
+                teller.tell(batch.rows(), |_| true);
+            }
         }
         let columns = Columns::new(&batch);
         let (hash_every, max_msg) = (open.hash_every, limits.max_msg);
@@ -109,10 +160,13 @@ impl Hosted {
             autoreset,
             layout,
             columns,
+            infos: open.infos,
+            teller,
             hash_every,
             requests: 0,
             steps: 0,
             max_msg,
+            max_weeds: bounds.max_weeds,
         })
     }
 
@@ -120,7 +174,7 @@ impl Hosted {
     #[must_use]
     pub fn open_reply(&self, sid: u128, lid: u128, limits: Limits) -> OpenReply {
         let Layout { observation, action, info, ended } = self.layout.clone();
-        let longest = self.layout.longest_reply(self.batch.rows().len());
+        let longest = longest_reply(&self.layout, self.batch.rows().len(), self.teller.as_ref());
         OpenReply {
             sid,
             lid,
@@ -172,6 +226,7 @@ impl Hosted {
         let ended = self.batch.step(actions, self.columns.out()).map_err(fault_of)?;
         self.steps += self.batch.rows().len() as u64;
         let state_hash = self.state_hash();
+        let percept = self.percept_of_step();
         let columns = &self.columns;
         let mut done = Vec::new();
         if ended > 0 {
@@ -180,29 +235,23 @@ impl Hosted {
         }
         let last: Vec<&Last> =
             done.iter().map(|&row| self.batch.last(row).expect("it has just ended")).collect();
-        let (observation, info) = (columns.observation(&self.layout), columns.info());
+        let (observation, info) = (columns.observation(&self.layout), columns.info(self.infos));
         let final_observation = self.final_observation(&done);
         let ended = self.ended(&done, &last);
-        let (reward, index) = (
-            bytes_of(columns.reward.iter().copied()),
-            bytes_of(done.iter().map(|&row| u32::try_from(row).expect("rows are few"))),
-        );
-        let (terminated, truncated) = (
-            bytes_of(columns.terminated.iter().copied()),
-            bytes_of(columns.truncated.iter().copied()),
-        );
+        let index = bytes_of(done.iter().map(|&row| u32::try_from(row).expect("rows are few")));
         codec::write(
             reply,
             &StepReply {
                 observation: borrowed(&observation),
-                reward: &reward,
-                terminated: &terminated,
-                truncated: &truncated,
+                reward: &bytes_in(&columns.reward),
+                terminated: &bytes_in(&columns.terminated),
+                truncated: &bytes_in(&columns.truncated),
                 info: borrowed(&info),
                 done_index: &index,
                 final_observation: borrowed(&final_observation),
                 ended: borrowed(&ended),
                 state_hash,
+                percept: percept.as_ref().map(Tables::borrowed),
             },
         )
     }
@@ -242,11 +291,22 @@ impl Hosted {
                     "`weeds[{row}]` must stand on the pasture, got [{x}, {y}]"
                 )));
             }
+            if let Some(teller) = &self.teller {
+                teller.check_weeds(row, points.len())?;
+            }
             weeds.push(Some(points.iter().map(|&[x, y]| Point::new(x, y)).collect()));
         }
-        for row in (0..rows).filter(|&row| mask[row]) {
-            let given = weeds.get(row).or(weeds.first()).and_then(Option::as_deref);
-            self.batch.reset_row(row, seeds[row], Beginning { weeds: given, start: None });
+        let given = |row: usize| weeds.get(row).or(weeds.first()).and_then(Option::as_deref);
+        let begun = || (0..rows).filter(|&row| mask[row]);
+        let given_weeds: u64 = begun().map(|row| given(row).map_or(0, <[_]>::len) as u64).sum();
+        if given_weeds > self.max_weeds {
+            let most = self.max_weeds;
+            return Err(bad(format!(
+                "`weeds` must be at most {most} in all environments of a session together, got {given_weeds}"
+            )));
+        }
+        for row in begun() {
+            self.batch.reset_row(row, seeds[row], Beginning { weeds: given(row), start: None });
         }
         self.present(reply, &mask)
     }
@@ -254,6 +314,7 @@ impl Hosted {
     fn restore(&mut self, reply: &Header, restore: &Restore) -> Result<Vec<u8>, Fault> {
         let bad = |text: String| Fault::BadConfig { text };
         let rows = self.batch.rows().len();
+        let before = self.teller.as_ref().map(|_| self.batch.snapshot());
         match restore.env {
             None => self.batch.restore(restore.data).map_err(|error| bad(error.to_string()))?,
             Some(row) if (row as usize) < rows => self
@@ -263,6 +324,11 @@ impl Hosted {
             Some(row) => {
                 return Err(bad(format!("`row` must be from 0 to {}, got {row}", rows - 1)));
             }
+        }
+        if let Err(fault) = check_weeds(&self.batch, self.teller.as_ref()) {
+            let before = before.expect("there is a teller that has refused it");
+            self.batch.restore(&before).expect("it is the batch's own");
+            return Err(fault);
         }
         let begun: Vec<bool> = (0..rows).map(|row| self.batch.has_begun(row)).collect();
         self.present(reply, &begun)
@@ -288,10 +354,18 @@ impl Hosted {
             }
         }
         let state_hash = self.state_hash();
-        let (observation, info) = (self.columns.observation(&self.layout), self.columns.info());
+        let observation = self.columns.observation(&self.layout);
+        let info = self.columns.info(self.infos);
+        // Of every row: a client may have dropped what the last step told.
+        let percept = self.teller.as_mut().map(|teller| teller.tell(self.batch.rows(), |_| true));
         codec::write(
             reply,
-            &ResetReply { observation: borrowed(&observation), info: borrowed(&info), state_hash },
+            &ResetReply {
+                observation: borrowed(&observation),
+                info: borrowed(&info),
+                state_hash,
+                percept: percept.as_ref().map(Tables::borrowed),
+            },
         )
     }
 
@@ -309,6 +383,15 @@ impl Hosted {
             return Err(Fault::TooLarge { size, limit });
         }
         codec::write(reply, &SnapshotReply { config_hash: self.scenario.hash(), data: &data })
+    }
+
+    /// What the mowers perceive after a step.
+    fn percept_of_step(&mut self) -> Option<Tables> {
+        let Self { batch, teller, columns, autoreset, .. } = self;
+        let begins_at_once = *autoreset == Autoreset::SameStep;
+        let has_begun =
+            |row: usize| begins_at_once && (columns.terminated[row] || columns.truncated[row]);
+        teller.as_mut().map(|teller| teller.tell(batch.rows(), has_begun))
     }
 
     /// Counts a request that was carried out; the hash of the state, if it is its turn.
@@ -369,11 +452,49 @@ impl Hosted {
     }
 }
 
+/// Most weeds of an episode that the scenario itself begins.
+fn most_weeds(scenario: &ValidScenario) -> usize {
+    let weeds = &scenario.weeds;
+    weeds.positions_m.as_ref().map_or(weeds.count as usize, Vec::len)
+}
+
+/// Whether no row has more weeds than percepts have room for.
+fn check_weeds(batch: &BatchEnv, teller: Option<&Teller>) -> Result<(), Fault> {
+    let Some(teller) = teller else { return Ok(()) };
+    let check = |(row, env): (usize, &Env)| teller.check_weeds(row, env.weeds().positions().len());
+    batch.rows().iter().enumerate().try_for_each(check)
+}
+
+/// Longest reply to a step of so many environments, bytes.
+fn longest_reply(layout: &Layout, rows: usize, teller: Option<&Teller>) -> usize {
+    layout.longest_reply(rows).saturating_add(teller.map_or(0, |teller| teller.longest(rows)))
+}
+
 /// First half of the SHA-256 of a batch's snapshot.
 #[must_use]
 pub fn state_hash(batch: &BatchEnv) -> [u8; 16] {
     let hash: [u8; 32] = Sha256::digest(batch.snapshot()).into();
     std::array::from_fn(|i| hash[i])
+}
+
+/// Refuses environments that together are larger than the server takes on.
+fn check_size(scenario: &ValidScenario, rows: u64, bounds: Bounds) -> Result<(), Fault> {
+    let pasture = &scenario.pasture;
+    let cells = Grid::new(pasture.length_m, pasture.width_m).cells() as u64;
+    let given = scenario.weeds.positions_m.as_ref().map(|points| points.len() as u64);
+    let weeds = given.unwrap_or(scenario.weeds.count.into());
+    for (what, one, most) in [
+        ("the cells of the pasture, each 1 m by 1 m,", cells, bounds.max_cells),
+        ("the number of weeds", weeds, bounds.max_weeds),
+    ] {
+        let all = rows.saturating_mul(one);
+        if all > most {
+            let text =
+                format!("`num_envs` x {what} must be at most {most} on this server, got {all}");
+            return Err(Fault::BadConfig { text });
+        }
+    }
+    Ok(())
 }
 
 /// The seed of each environment.
@@ -407,8 +528,8 @@ fn fault_of(error: BatchError) -> Fault {
     }
 }
 
-fn borrowed(tables: &[Vec<u8>]) -> Vec<&[u8]> {
-    tables.iter().map(Vec::as_slice).collect()
+fn borrowed<T: AsRef<[u8]>>(tables: &[T]) -> Vec<&[u8]> {
+    tables.iter().map(T::as_ref).collect()
 }
 
 /// Some rows of one part of an observation of `rows` rows.
@@ -460,28 +581,27 @@ impl Columns {
         }
     }
 
-    fn observation(&self, layout: &Layout) -> Vec<Vec<u8>> {
+    fn observation(&self, layout: &Layout) -> Vec<Cow<'_, [u8]>> {
         let Observation { features, candidates, action_mask, maps } = &self.observation;
         let table = |name: &str| match name {
-            "features" => bytes_of(features.iter().copied()),
-            "candidates" => bytes_of(candidates.iter().copied()),
-            "action_mask" => bytes_of(action_mask.iter().copied()),
-            _ => maps.clone(),
+            "features" => bytes_in(features),
+            "candidates" => bytes_in(candidates),
+            "action_mask" => bytes_in(action_mask),
+            _ => bytes_in(maps),
         };
         layout.observation.iter().map(|leaf| table(&leaf.name)).collect()
     }
 
-    fn info(&self) -> Vec<Vec<u8>> {
-        let floats = |table: &[f64]| bytes_of(table.iter().copied());
-        let mut tables = vec![
-            floats(&self.weed),
-            floats(&self.path),
-            floats(&self.failure),
-            bytes_of(self.is_clipped.iter().copied()),
-        ];
+    /// The tables of every info, or only the action mask.
+    fn info(&self, infos: bool) -> Vec<Cow<'_, [u8]>> {
+        let mut tables = Vec::new();
+        if infos {
+            tables.extend([&self.weed, &self.path, &self.failure].map(|terms| bytes_in(terms)));
+            tables.push(bytes_in(&self.is_clipped));
+        }
         if !self.action_mask.is_empty() {
-            tables.push(floats(&self.distance_m));
-            tables.push(bytes_of(self.action_mask.iter().copied()));
+            tables.extend(infos.then(|| bytes_in(&self.distance_m)));
+            tables.push(bytes_in(&self.action_mask));
         }
         tables
     }

@@ -19,6 +19,8 @@ pub const OUTCOMES: [Outcome; 6] = [
     Outcome::LeftHeadland,
 ];
 
+const ACTION_MASK: &str = "action_mask";
+
 /// The tables of a batch of `swath/MowerRouting-v0`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layout {
@@ -27,17 +29,17 @@ pub struct Layout {
     /// The one table of an action.
     pub action: Vec<Leaf>,
     /// Every info: the terms of the reward, whether the action was clipped, and with the action kind `target` the way driven
-    /// and the action mask.
+    /// and the action mask. Without infos, the action mask alone: what is not open cannot be chosen.
     pub info: Vec<Leaf>,
     /// What is said of an episode that ended: its last info, then its numbers.
     pub ended: Vec<Leaf>,
 }
 
 impl Layout {
-    /// The tables of a batch.
+    /// The tables of a batch, with infos or without.
     #[must_use]
-    pub fn of(batch: &BatchEnv) -> Self {
-        let info = info(batch.decoder());
+    pub fn of(batch: &BatchEnv, infos: bool) -> Self {
+        let mut info = info(batch.decoder());
         let summary = [
             ("path_length_m", Dtype::F64),
             ("bcp_length_m", Dtype::F64),
@@ -48,15 +50,20 @@ impl Layout {
             ("outcome", Dtype::U8),
         ];
         let summary = summary.map(|(name, dtype)| Leaf::new(name, dtype, &[]));
+        let ended = info.iter().cloned().chain(summary).collect();
+        if !infos {
+            info.retain(|leaf| leaf.name == ACTION_MASK);
+        }
         Self {
             observation: observation(batch.observation_spec()),
             action: vec![action(batch.decoder())],
-            ended: info.iter().cloned().chain(summary).collect(),
             info,
+            ended,
         }
     }
 
-    /// Longest reply to a step of so many environments, bytes: header, lengths, and what every row may have twice.
+    /// Longest reply to a step of so many environments, without a percept, bytes: header, lengths, and what every row may have
+    /// twice.
     #[must_use]
     pub fn longest_reply(&self, num_envs: usize) -> usize {
         let row = |leaves: &[Leaf]| -> usize {
@@ -67,7 +74,7 @@ impl Layout {
         // Reward, two flags and the place of an episode that ended.
         let in_row = 2 * observation + info + ended + 8 + 2 + 4;
         let tables = 2 * self.observation.len() + self.info.len() + self.ended.len() + 8;
-        in_row.saturating_mul(num_envs).saturating_add(HEADER_BYTES + 8 * tables + 17)
+        in_row.saturating_mul(num_envs).saturating_add(HEADER_BYTES + 8 * tables + 18)
     }
 }
 
@@ -105,7 +112,7 @@ fn info(decoder: &ActionDecoder) -> Vec<Leaf> {
         && let ActionSpec::Discrete(choices) = decoder.spec()
     {
         info.push(Leaf::new("elapsed_m", Dtype::F64, &[]));
-        info.push(Leaf::new("action_mask", Dtype::Bool, &shape(&[choices])));
+        info.push(Leaf::new(ACTION_MASK, Dtype::Bool, &shape(&[choices])));
     }
     info
 }

@@ -14,9 +14,12 @@
 //! | [`message`] | what is asked and answered |
 //! | [`codec`] | messages as bytes, and back |
 //! | [`layout`] | which tables the messages of a batch hold |
+//! | [`percept`] | what mowers perceive, as tables, and back |
 //! | [`hosted`] | the batch behind a session: requests in, replies out |
+//! | [`peer`] | whether a server is of the same build |
 //! | [`received`] | replies as the columns of a batch |
 //! | [`client`] | the client's end of one session |
+//! | [`resume`] | a session that goes on at the next server |
 //! | [`server`] | the server's end of all sessions |
 //!
 //! The protocol is described for other implementations in `docs/protocol`.
@@ -28,7 +31,10 @@ pub mod numbers;
 pub mod message;
 pub mod codec;
 pub mod layout;
+pub mod percept;
 pub mod hosted;
+pub mod peer;
 pub mod received;
 pub mod client;
+pub mod resume;
 pub mod server;

@@ -27,7 +27,8 @@ pub struct Limits {
     pub max_sessions: u32,
     /// Most environments of a session.
     pub max_envs: u32,
-    /// How long the network takes to notice that a client is gone, milliseconds.
+    /// How long clients take to notice that the server is frozen, milliseconds; a frozen client is noticed after the time
+    /// that it announces itself.
     pub lease_ms: u32,
     /// How long a session outlives its client, milliseconds.
     pub grace_ms: u32,
@@ -93,8 +94,12 @@ pub struct Open<'a> {
     pub autoreset: AutoresetMode,
     /// After every so many requests the reply holds a hash of the state; 0 for never.
     pub hash_every: u32,
+    /// Whether every reply has the infos, or only what else a client could not go on without.
+    pub infos: bool,
     /// Where to begin: what `snapshot` returned of as many environments of the same scenario.
     pub snapshot: Option<&'a [u8]>,
+    /// Whether every reply tells what the mowers perceive, as a scripted agent needs it.
+    pub percept: bool,
     /// Who asks, for the logs.
     pub client: String,
 }
@@ -110,7 +115,7 @@ pub struct OpenReply {
     pub observation: Vec<Leaf>,
     /// Tables of an action.
     pub action: Vec<Leaf>,
-    /// Tables of every info.
+    /// Tables of every info; without infos, the action mask alone where there is one.
     pub info: Vec<Leaf>,
     /// What is said of an episode that ended.
     pub ended: Vec<Leaf>,
@@ -149,6 +154,30 @@ pub struct Reset<'a> {
     pub weeds: Vec<Option<&'a [u8]>>,
 }
 
+/// What the mowers perceive: for every environment the lists of what is new, one after the other.
+///
+/// It holds what an agent may know and nothing more: no weed that was not detected, nor how many there are.
+#[derive(Debug, Clone, PartialEq, Eq, Encode, BorrowDecode)]
+pub struct Percept<'a> {
+    /// Which environments are told of as a whole, a byte each; nothing that was told of them before counts any more.
+    pub whole: &'a [u8],
+    /// For each environment x and y, metres, heading, radians, its cosine and sine, and the way driven since reset, metres; f64.
+    pub mowers: &'a [u8],
+    /// For each environment the number of weeds ever detected, then how many entries the lists below have: `known`, `mowed`
+    /// and `tiles`; u32.
+    pub counts: &'a [u8],
+    /// The weeds that became known and still are, by their number in the order of detection; u32.
+    pub known: &'a [u8],
+    /// Where they stand: x and y in f64, metres.
+    pub known_m: &'a [u8],
+    /// The numbers of the detected weeds that were mowed, ascending; u32.
+    pub mowed: &'a [u8],
+    /// The tiles of 8 by 8 cells of which some ground came into sight, ascending; u32.
+    pub tiles: &'a [u8],
+    /// Which of their cells, row by row, lowest bit first; u64.
+    pub seen: &'a [u8],
+}
+
 /// The state of every environment after a reset or a restore.
 #[derive(Debug, Clone, PartialEq, Eq, Encode, BorrowDecode)]
 pub struct ResetReply<'a> {
@@ -158,6 +187,8 @@ pub struct ResetReply<'a> {
     pub info: Vec<&'a [u8]>,
     /// First half of the SHA-256 of the snapshot, where it was asked for.
     pub state_hash: Option<[u8; 16]>,
+    /// What every mower perceives, as a whole, where it was asked for.
+    pub percept: Option<Percept<'a>>,
 }
 
 /// A step of every environment.
@@ -188,6 +219,8 @@ pub struct StepReply<'a> {
     pub ended: Vec<&'a [u8]>,
     /// First half of the SHA-256 of the snapshot, where it was asked for.
     pub state_hash: Option<[u8; 16]>,
+    /// What every mower perceives, where it was asked for; as a whole where another episode has begun, else what is new.
+    pub percept: Option<Percept<'a>>,
 }
 
 /// The state as bytes, please.

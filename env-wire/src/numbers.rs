@@ -1,15 +1,29 @@
 //! Numbers as little-endian bytes, and back.
 
+use std::borrow::Cow;
+
+use bytemuck::NoUninit;
+
 use crate::fault::Fault;
 
 /// A number with a fixed width on the wire.
-pub trait Number: Copy {
+pub trait Number: NoUninit {
     /// Bytes of one.
     const BYTES: usize;
     /// Adds its bytes.
     fn put(self, bytes: &mut Vec<u8>);
     /// Reads it from as many bytes; `None` if they stand for none.
     fn get(bytes: &[u8]) -> Option<Self>;
+
+    /// Reads as many numbers as there are places in the table from as many bytes; whether all of them stand for numbers.
+    fn get_all(bytes: &[u8], table: &mut [Self]) -> bool {
+        table.iter_mut().zip(bytes.chunks_exact(Self::BYTES)).all(|(number, bytes)| {
+            Self::get(bytes).is_some_and(|read| {
+                *number = read;
+                true
+            })
+        })
+    }
 }
 
 macro_rules! numbers {
@@ -21,6 +35,15 @@ macro_rules! numbers {
             }
             fn get(bytes: &[u8]) -> Option<Self> {
                 Some(Self::from_le_bytes(bytes.try_into().ok()?))
+            }
+            fn get_all(bytes: &[u8], table: &mut [Self]) -> bool {
+                bytemuck::cast_slice_mut(table).copy_from_slice(bytes);
+                if cfg!(target_endian = "big") {
+                    for number in table {
+                        *number = Self::from_le_bytes(number.to_ne_bytes());
+                    }
+                }
+                true
             }
         }
     )* };
@@ -50,6 +73,15 @@ pub fn bytes_of<T: Number>(numbers: impl IntoIterator<Item = T>) -> Vec<u8> {
     bytes
 }
 
+/// The bytes of a table of numbers, where they are if its memory holds them as they are sent.
+pub fn bytes_in<T: Number>(table: &[T]) -> Cow<'_, [u8]> {
+    if cfg!(target_endian = "little") {
+        Cow::Borrowed(bytemuck::cast_slice(table))
+    } else {
+        Cow::Owned(bytes_of(table.iter().copied()))
+    }
+}
+
 /// Reads numbers into a table that they have to fill.
 ///
 /// # Errors
@@ -57,10 +89,7 @@ pub fn bytes_of<T: Number>(numbers: impl IntoIterator<Item = T>) -> Vec<u8> {
 /// [`Fault::Malformed`] if there are more or fewer, or a bool is neither 0 nor 1.
 pub fn read_into<T: Number>(bytes: &[u8], table: &mut [T]) -> Result<(), Fault> {
     let is_full = bytes.len() == table.len() * T::BYTES;
-    for (number, bytes) in table.iter_mut().zip(bytes.chunks_exact(T::BYTES)) {
-        *number = T::get(bytes).ok_or(Fault::Malformed { offset: 0 })?;
-    }
-    if is_full { Ok(()) } else { Err(Fault::Malformed { offset: 0 }) }
+    if is_full && T::get_all(bytes, table) { Ok(()) } else { Err(Fault::Malformed { offset: 0 }) }
 }
 
 /// Reads as many numbers as there are.
@@ -88,6 +117,10 @@ mod tests {
         let back: Vec<f64> = read(&bytes_of(numbers)).unwrap();
         assert_eq!(back.map_bits(), numbers.to_vec().map_bits());
         assert_eq!(read::<bool>(&bytes_of([true, false])), Ok(vec![true, false]));
+        let mut table = [0.0; 4];
+        read_into(&bytes_in(&numbers), &mut table).unwrap();
+        assert_eq!(table.to_vec().map_bits(), numbers.to_vec().map_bits());
+        assert_eq!(*bytes_in(&[true, false]), [1, 0]);
     }
 
     trait MapBits {

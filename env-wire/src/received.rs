@@ -21,7 +21,7 @@ pub struct EndedMut<'a> {
     pub mask: &'a mut [bool],
 }
 
-/// Writes what a step brought. Returns how many episodes ended.
+/// Writes what a step brought. Returns how many episodes ended. Without infos their columns are zeros.
 ///
 /// # Errors
 ///
@@ -47,7 +47,7 @@ pub fn read_step(reply: &StepReply, mut out: StepMut, ended: EndedMut) -> Result
     Ok(done.len())
 }
 
-/// Writes the state after a reset; rewards and flags stay as they are.
+/// Writes the state after a reset; rewards and flags stay as they are. Without infos their columns are zeros.
 ///
 /// # Errors
 ///
@@ -59,15 +59,26 @@ pub fn read_reset(reply: &ResetReply, mut out: StepMut) -> Result<(), Fault> {
 
 fn read_info(tables: &[&[u8]], out: &mut StepMut) -> Result<(), Fault> {
     let StepMut { weed, path, failure, is_clipped, distance_m, action_mask, .. } = out;
+    let masks = usize::from(!action_mask.is_empty());
+    let has_infos = tables.len() > masks;
     let mut tables = Tables(tables.iter());
-    tables.next_into(weed)?;
-    tables.next_into(path)?;
-    tables.next_into(failure)?;
-    tables.next_into(is_clipped)?;
-    if action_mask.is_empty() {
-        distance_m.fill(0.0);
+    if has_infos {
+        tables.next_into(weed)?;
+        tables.next_into(path)?;
+        tables.next_into(failure)?;
+        tables.next_into(is_clipped)?;
     } else {
+        for column in [weed, path, failure] {
+            column.fill(0.0);
+        }
+        is_clipped.fill(false);
+    }
+    if has_infos && masks > 0 {
         tables.next_into(distance_m)?;
+    } else {
+        distance_m.fill(0.0);
+    }
+    if masks > 0 {
         tables.next_into(action_mask)?;
     }
     tables.end()

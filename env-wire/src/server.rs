@@ -13,6 +13,8 @@ use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 use std::sync::Arc;
 
+use bytes::Bytes;
+
 use self::answers::{Answers, Asked};
 use self::session::{Run, Session, Tombstone, digest, no_session, session_of, shortest_life_ms};
 use crate::codec;
@@ -65,7 +67,7 @@ pub enum ServerOutput {
         /// What it answers.
         query: QueryId,
         /// All of its bytes.
-        message: Arc<[u8]>,
+        message: Bytes,
     },
     /// A query that is not answered: its client has sent the request again, or may do so later.
     Drop(QueryId),
@@ -193,7 +195,7 @@ impl ServerSessions {
                 self.forget(sid);
             }
             Ok(finished) => {
-                let message: Arc<[u8]> = finished.message.into();
+                let message = Bytes::from(finished.message);
                 if verb.is_numbered() {
                     session.seq += 1;
                     session.last = Some((request, message.clone()));
@@ -406,7 +408,7 @@ impl ServerSessions {
             return;
         }
         let session = self.sessions.get_mut(&sid).expect("it is being opened");
-        let message: Arc<[u8]> = finished.message.into();
+        let message = Bytes::from(finished.message);
         session.max_reply = finished.max_reply;
         session.opened = Some(message.clone());
         self.opened += 1;
@@ -456,7 +458,8 @@ impl ServerSessions {
         let is_allowed = self.options.allow_snapshot;
         let session = session_of(&mut self.sessions, &self.tombstones, &asked)?;
         if !is_allowed {
-            let text = "this server sends no snapshots".to_owned();
+            let text =
+                "this server sends no snapshots: it runs without `--allow-snapshot`".to_owned();
             return Err(Fault::NotAllowed { text });
         }
         if header.seq != session.seq {

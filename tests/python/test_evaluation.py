@@ -262,6 +262,19 @@ def test_a_journal_without_a_whole_first_line_is_begun_again(tmp_path):
     assert len(rows_of(tmp_path / "out")) == 1
 
 
+def test_an_episode_that_is_there_twice_is_compared_and_counted_once(tmp_path):
+    arguments = {"scenario": "cowbot-field", "instances": 2, "out": tmp_path / "out"}
+    once = swath.evaluate("jump", **arguments)
+    journal = tmp_path / "out" / "journal.jsonl"
+    whole = journal.read_text()
+    row = json.loads(whole.splitlines()[1])
+    journal.write_text(whole + json.dumps(row | {"wall_s": 9.0}) + "\n")
+    assert swath.evaluate("jump", **arguments).rows == once.rows
+    journal.write_text(whole + json.dumps(row | {"path_length_m": 1.0}) + "\n")
+    with pytest.raises(swath.SwathError, match=r"instance \d of jump on cowbot-field must end one way, got .* and .*"):
+        swath.evaluate("jump", **arguments)
+
+
 @pytest.mark.parametrize("damage", ["nonsense", "[]", '{"cell": 0}'])
 def test_a_journal_that_is_damaged_elsewhere_is_refused(tmp_path, damage):
     arguments = {"scenario": "cowbot-field", "instances": 2, "out": tmp_path / "out"}

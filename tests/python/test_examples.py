@@ -7,6 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from remote_server import Server, needs_server, same
+
+from swath.remote.watch import Watch
 
 if importlib.util.find_spec("torch") is None and not os.environ.get("CI"):
     pytest.skip("PyTorch is not installed", allow_module_level=True)
@@ -29,6 +32,28 @@ def run(monkeypatch, capsys):
 def test_ppo_in_one_file_learns_from_every_rollout(run):
     lines = run("cleanrl_ppo.py", "--total-steps", 512, "--num-steps", 64, "--num-envs", 4).splitlines()
     assert [line.split(":")[0] for line in lines] == ["step 256", "step 512"]
+
+
+@needs_server
+def test_ppo_in_one_file_learns_through_two_servers_what_it_learns_here():
+    train = runpy.run_path(str(EXAMPLES / "cleanrl_ppo.py"))
+    servers = [Server(), Server()]
+
+    def learned(**where):
+        agent = train["train"](train["Args"](total_steps=1024, num_steps=128, num_envs=4, seed=3, **where))
+        return {name: part.numpy() for name, part in agent.state_dict().items()}
+
+    here = learned()
+    watch = Watch([server.endpoint for server in servers])
+    before = watch.read_all()
+    far = learned(connect=tuple(server.endpoint for server in servers))
+    steps = [now.stats["steps"] - then.stats["steps"] for now, then in zip(watch.read_all(), before, strict=True)]
+    watch.close()
+    for server in servers:
+        server.end()
+    assert steps == [512, 512]
+    assert same(here, far)
+    assert not same(here, learned(clip=0.1)), "what is learned depends on what was done"
 
 
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="Minari needs Python 3.11")

@@ -4,52 +4,22 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 import textwrap
 import time
-from pathlib import Path
 
 import gymnasium as gym
 import numpy as np
 import pytest
+from remote_server import SERVER, Server, same
 
 import swath
 from swath.registration import ENV_ID
 
-TARGET = Path(os.environ.get("CARGO_TARGET_DIR", Path(__file__).parents[2] / "target"))
-SERVER = TARGET / "debug/swath-server"
-
 SHORT = {"episode": {"budget": 0.01}, "pasture": {"headland_m": 2.0}}
 
 pytestmark = pytest.mark.skipif(not SERVER.exists(), reason="needs the server: `make server` builds it")
-
-
-class Server:
-    """A server process on a free port."""
-
-    def __init__(self, *flags: str) -> None:
-        with socket.socket() as free:
-            free.bind(("127.0.0.1", 0))
-            self.endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
-        self.flags = flags
-        self.start()
-
-    def start(self) -> None:
-        command = [str(SERVER), "--listen", self.endpoint, *self.flags]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        assert self.process.stdout is not None
-        line = self.process.stdout.readline()
-        assert line == f"swath-server ready: {self.endpoint} default\n", line
-
-    def end(self, how: signal.Signals = signal.SIGTERM) -> int:
-        if self.process.poll() is None:
-            self.process.send_signal(how)
-        status = self.process.wait(10)
-        assert self.process.stdout is not None
-        self.process.stdout.close()
-        return status
 
 
 @pytest.fixture(scope="module")
@@ -73,17 +43,44 @@ def actions_for(vec, rng):
     return rng.uniform(-1, 1, (vec.num_envs, *space.shape)).astype(np.float32)
 
 
-def same(one, other):
-    """Tells whether two results hold the same bits, types and shapes."""
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
-    if isinstance(one, tuple | list):
-        return len(one) == len(other) and all(map(same, one, other))
-    if isinstance(one, np.ndarray) and one.dtype == object:
-        return one.shape == other.shape and all(map(same, one, other))
-    if isinstance(one, np.ndarray):
-        return one.dtype == other.dtype and one.shape == other.shape and one.tobytes() == other.tobytes()
-    return type(one) is type(other) and one == other
+@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
+@pytest.mark.parametrize("kind", ["steer", "target"])
+def test_without_infos_only_ends_and_choices_are_told_and_all_else_is_the_same(server, mode, kind):
+    blocks = {**SHORT, "action": {"kind": kind}, "autoreset_mode": mode}
+    here = gym.make_vec(ENV_ID, num_envs=3, **blocks)
+    far = swath.remote.make_vec(ENV_ID, 3, connect=server.endpoint, infos=False, **blocks)
+    always = {"action_mask", "_action_mask"} if kind == "target" else set()
+    untold = {"reward_terms", "_reward_terms", "action_clipped", "_action_clipped", "elapsed_m", "_elapsed_m"}
+    rng, ended = np.random.default_rng(0), 0
+    observation, infos = far.reset(seed=3)
+    assert same(observation, here.reset(seed=3)[0])
+    assert infos.keys() == always
+    for _ in range(200):
+        actions = far._core.action_masks.argmax(axis=1) if kind == "target" else actions_for(here, rng)
+        *one, all_infos = here.step(actions)
+        *other, infos = far.step(actions)
+        assert all(map(same, one, other))
+        assert same(infos, {key: value for key, value in all_infos.items() if key not in untold})
+        ended += (other[2] | other[3]).sum()
+    assert ended > 3
+    far.close()
+
+
+def test_one_environment_without_infos_tells_its_end(server):
+    here, far = (
+        gym.make(ENV_ID, **SHORT).unwrapped,
+        swath.remote.make(ENV_ID, connect=server.endpoint, infos=False, **SHORT),
+    )
+    here.reset(seed=1)
+    assert far.reset(seed=1)[1] == {}
+    end = False
+    while not end:
+        *_, terminated, truncated, whole = here.step([0.0])
+        *_, info = far.step([0.0])
+        end = terminated or truncated
+        assert info.keys() == (whole.keys() - {"reward_terms", "action_clipped"} if end else set())
+    assert info["outcome"] == whole["outcome"]
+    far.close()
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])

@@ -92,6 +92,13 @@ impl SeenGround {
         }
     }
 
+    /// Takes note that these cells of a tile are seen; returns whether all of them were unseen until now.
+    pub(crate) fn absorb_tile(&mut self, tile: u32, bits: u64) -> bool {
+        let were_in = self.unseen.remove_from_tile(tile as usize, bits);
+        self.unseen_count -= if were_in { bits.count_ones() as usize } else { 0 };
+        were_in
+    }
+
     /// Gives `visit` the distances from `origin` to the nearest point of an unseen cell in some directions, metres, at most
     /// `cap_m`. A direction is the cosine and sine of a bearing from the heading, whose own are `heading`. Outside the pasture
     /// there is nothing to see.

@@ -12,7 +12,7 @@ while (action := agent.act(env)) is not None:
 ```
 """
 
-from swath import _native, datasets, remote, sb3, training
+from swath import _native, datasets, remote, rllib, sb3, training
 from swath.agents import Agent, make_agent
 from swath.env import MowerRoutingEnv
 from swath.episode import Episode, run_episode
@@ -22,6 +22,7 @@ from swath.errors import (
     ConfigError,
     RemoteError,
     RemoteTimeout,
+    ResumeError,
     SnapshotError,
     SwathError,
 )
@@ -42,6 +43,7 @@ __all__ = [
     "RemoteError",
     "RemoteTimeout",
     "Results",
+    "ResumeError",
     "Scenario",
     "SnapshotError",
     "Summary",
@@ -52,6 +54,7 @@ __all__ = [
     "make_agent",
     "register",
     "remote",
+    "rllib",
     "run_episode",
     "sb3",
     "training",

@@ -15,6 +15,7 @@ __all__ = [
     "RemoteError",
     "RemoteTimeout",
     "RenderModeError",
+    "ResumeError",
     "SnapshotError",
     "SwathError",
 ]
@@ -53,3 +54,7 @@ class RemoteError(SwathError):
 
 class RemoteTimeout(RemoteError):  # noqa: N818 - as Python's own `TimeoutError` is a kind of error by name
     """A server that has not answered in time: whether it did what was asked is not known until `retry` settles it."""
+
+
+class ResumeError(RemoteError):
+    """A session that was lost with its server and cannot be resumed, or went on otherwise than it had."""

@@ -40,6 +40,8 @@ def make_vec_env(
     attempt_s: float = 2.0,
     deadline_s: float = 60.0,
     client: str = "",
+    resume: bool = False,
+    hash_every: int = 64,
     zenoh: dict[str, object] | None = None,
     **blocks: Unpack[Blocks],
 ) -> MowerRoutingVecEnv:
@@ -55,13 +57,16 @@ def make_vec_env(
         seed: Environment i begins with the seed `seed` + i, unless `seed()` is called before the first reset. None:
             seeds are drawn.
         scenario: A shipped name, a file, a dictionary, a `Scenario`, or None for the defaults.
-        num_threads: Most threads that a step may use; see `MowerRoutingVectorEnv`.
+        num_threads: Most threads that a step may use; see `MowerRoutingVectorEnv`. Refused with `connect`: servers have
+            workers of their own.
         connect: The endpoint of a server, or a list of them, that hold the environments; see `swath.remote.make_vec`.
             None: this process holds them.
         server: The name that the servers were started with; as this, the next ones are of use with `connect` only.
         attempt_s: See `swath.remote.make`.
         deadline_s: See `swath.remote.make`.
         client: See `swath.remote.make`.
+        resume: See `swath.remote.make`.
+        hash_every: See `swath.remote.make`.
         zenoh: See `swath.remote.make`.
         **blocks: Blocks of the scenario, laid over it key by key.
 
@@ -79,6 +84,11 @@ def make_vec_env(
             raise ConfigError(text)
     num_envs = checked_count("num_envs", num_envs, MOST_ENVS)
     num_threads = checked_count("num_threads", num_threads, MOST_THREADS)
+    if connect is not None and num_threads != 1:
+        text = (
+            f"`num_threads` must be left out with `connect`, since servers have workers of their own, got {num_threads}"
+        )
+        raise ConfigError(text)
     need("`swath.sb3`", "train", "stable_baselines3", "torch")
     from swath.vec_env import MowerRoutingVecEnv
 
@@ -95,9 +105,13 @@ def make_vec_env(
             "SameStep",
             connect,
             server=server,
+            # Of running episodes stable-baselines3 is told nothing here either.
+            infos=False,
             attempt_s=attempt_s,
             deadline_s=deadline_s,
             client=client,
+            resume=resume,
+            hash_every=hash_every,
             zenoh=zenoh,
         )
     keywords = {**({} if scenario is None else {"scenario": scenario}), **blocks}

@@ -1,12 +1,13 @@
 //! Some rows of a batch on one of its servers.
 
-use swath_wire::client::{ClientError, ClientSession};
+use swath_wire::client::ClientError;
+use swath_wire::resume::ResumingSession;
 
 use crate::errors::Error;
 
 /// Neighbouring rows on one server.
 pub(super) struct Part {
-    pub(super) session: ClientSession,
+    pub(super) session: ResumingSession,
     pub(super) first: usize,
     pub(super) rows: usize,
     /// Whether it has a part in the call in flight, and what it has answered.

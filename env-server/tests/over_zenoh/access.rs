@@ -39,7 +39,12 @@ impl Office {
 
     /// The files of a certificate for this common name, and its key.
     fn papers(&self, name: &str, is_expired: bool) -> (PathBuf, PathBuf) {
-        let hosts = ["127.0.0.1", "localhost"].map(str::to_owned).to_vec();
+        self.papers_for(&["127.0.0.1", "localhost"], name, is_expired)
+    }
+
+    /// The same for a machine with one of these names.
+    fn papers_for(&self, hosts: &[&str], name: &str, is_expired: bool) -> (PathBuf, PathBuf) {
+        let hosts: Vec<String> = hosts.iter().map(|&host| host.to_owned()).collect();
         let mut params = CertificateParams::new(hosts).unwrap();
         params.distinguished_name.push(DnType::CommonName, name);
         params.extended_key_usages =
@@ -59,10 +64,13 @@ impl Office {
 
     /// A server that robots may use.
     fn server(&self) -> Running {
-        let (certificate, key) = self.papers("server", false);
+        self.server_with(&self.papers("server", false))
+    }
+
+    fn server_with(&self, (certificate, key): &(PathBuf, PathBuf)) -> Running {
         let mut flags = vec!["--listen", "tls/127.0.0.1:0", "--allow-cn", "robot", "rover"];
         let ca = self.ca();
-        let files = [("--tls-ca", &ca), ("--tls-certificate", &certificate), ("--tls-key", &key)];
+        let files = [("--tls-ca", &ca), ("--tls-certificate", certificate), ("--tls-key", key)];
         for (flag, file) in &files {
             flags.extend([*flag, file.to_str().unwrap()]);
         }
@@ -123,6 +131,19 @@ fn nobody_comes_in_without_a_certificate_of_the_right_authority_that_is_valid() 
         all.spawn(move || assert!(Client::connect(&plain, None).is_err(), "without TLS"));
     });
     assert!(connect(&server, &office.ca(), Some(&robot)).is_ok());
+}
+
+#[test]
+fn a_server_whose_certificate_is_for_another_machine_or_expired_is_not_talked_to() {
+    let office = Office::new("machine");
+    let robot = office.papers("robot", false);
+    for papers in [
+        office.papers_for(&["elsewhere.example"], "elsewhere", false),
+        office.papers("expired-server", true),
+    ] {
+        let server = office.server_with(&papers);
+        assert!(connect(&server, &office.ca(), Some(&robot)).is_err());
+    }
 }
 
 #[test]

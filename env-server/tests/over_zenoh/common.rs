@@ -1,5 +1,6 @@
 //! A server in a process of its own, and somebody who asks it things.
 
+use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -8,6 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use serde_json::{Value, json};
+use swath_server::endpoint::Endpoint;
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Kind, Verb};
@@ -15,6 +17,9 @@ use swath_wire::hosted::ENV_ID;
 use swath_wire::message::{AutoresetMode, Open, OpenReply, Reset, Seeds, SpecReply, Step};
 use zenoh::query::{ConsolidationMode, Reply};
 use zenoh::{Config, Session, Wait as _};
+
+/// The environment variable with the lease that a client announces, milliseconds, where it is not the usual one.
+pub(crate) const LEASE_MS: &str = "SWATH_TEST_LEASE_MS";
 
 /// Longer than anything here takes.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
@@ -27,6 +32,11 @@ pub(crate) struct Running {
 
 impl Running {
     pub(crate) fn start(flags: &[&str]) -> Self {
+        Self::try_start(flags).expect("it starts")
+    }
+
+    /// The same; none if it ends instead.
+    pub(crate) fn try_start(flags: &[&str]) -> Option<Self> {
         let mut flags = flags.to_vec();
         if !flags.contains(&"--listen") {
             flags.extend(["--listen", "tcp/127.0.0.1:0"]);
@@ -40,8 +50,23 @@ impl Running {
             let _ = said.send(line);
         });
         let line = ready.recv_timeout(PATIENCE).expect("the server says that it is ready");
-        let endpoint = line.split(' ').nth(2).unwrap_or_else(|| panic!("{line:?}")).to_owned();
-        Self { child, endpoint }
+        let Some(endpoint) = line.split(' ').nth(2).map(str::to_owned) else {
+            ended(&mut child);
+            return None;
+        };
+        Some(Self { child, endpoint })
+    }
+
+    /// Resident memory, bytes; none where the system does not tell.
+    pub(crate) fn memory_bytes(&self) -> Option<u64> {
+        let status = fs::read_to_string(format!("/proc/{}/status", self.child.id())).ok()?;
+        let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;
+        Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? << 10)
+    }
+
+    /// Stops it, or lets it go on, as `kill -STOP` and `kill -CONT` do.
+    pub(crate) fn signal(&self, signal: &str) {
+        send_signal(&self.child, signal);
     }
 
     /// Ends it as `kill -9` does.
@@ -52,10 +77,20 @@ impl Running {
 
     /// Ends it as a system does that shuts down.
     pub(crate) fn terminate(&mut self) -> ExitStatus {
-        let pid = self.child.id().to_string();
-        assert!(Command::new("kill").args(["-TERM", &pid]).status().unwrap().success());
+        self.signal("-TERM");
         ended(&mut self.child)
     }
+}
+
+/// `long` if the environment variable `LONG` is set, as `make test-faults` does, or else `short`.
+pub(crate) fn size(short: u64, long: u64) -> u64 {
+    if std::env::var_os("LONG").is_some_and(|value| !value.is_empty()) { long } else { short }
+}
+
+/// Says what a test has measured; `make test-faults` collects it.
+#[expect(clippy::print_stdout, reason = "what was measured is there to be read")]
+pub(crate) fn measured(text: &str) {
+    println!("measured: {text}");
 }
 
 impl Drop for Running {
@@ -80,6 +115,11 @@ fn command(flags: &[&str]) -> Command {
     command
 }
 
+pub(crate) fn send_signal(child: &Child, signal: &str) {
+    let pid = child.id().to_string();
+    assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
+}
+
 fn ended(child: &mut Child) -> ExitStatus {
     for _ in 0..PATIENCE.as_millis() / 20 {
         if let Some(status) = child.try_wait().unwrap() {
@@ -89,6 +129,31 @@ fn ended(child: &mut Child) -> ExitStatus {
     }
     let _ = child.kill();
     panic!("the server does not end");
+}
+
+/// A router of Zenoh's; ends with this.
+pub(crate) struct Router {
+    session: Session,
+    pub(crate) endpoint: String,
+}
+
+impl Router {
+    pub(crate) fn start() -> Self {
+        let endpoint = Endpoint::parse("tcp/127.0.0.1:0").unwrap().with_port().unwrap().to_string();
+        let config = json!({
+            "mode": "router",
+            "listen": { "endpoints": [endpoint], "exit_on_failure": true },
+            "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
+        });
+        let config = Config::from_json5(&config.to_string()).unwrap();
+        Self { session: zenoh::open(config).wait().unwrap(), endpoint }
+    }
+}
+
+impl Drop for Router {
+    fn drop(&mut self) {
+        let _ = self.session.close().wait();
+    }
 }
 
 /// What makes a client known to a server that asks for certificates.
@@ -118,11 +183,18 @@ impl Client {
                 tls["enable_mtls"] = Value::Bool(true);
             }
         }
+        // What a client announces is how long a server waits for one that is frozen.
+        let lease_ms = std::env::var(LEASE_MS).map_or(10_000, |text| text.parse().unwrap());
         let config = json!({
             "mode": "client",
-            "connect": { "endpoints": [endpoint], "timeout_ms": 3000, "exit_on_failure": true },
+            "connect": {
+                "endpoints": [endpoint],
+                "timeout_ms": 3000,
+                "exit_on_failure": true,
+                "retry": { "period_init_ms": 100, "period_max_ms": 500 },
+            },
             "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
-            "transport": { "link": { "tls": tls } },
+            "transport": { "link": { "tls": tls, "tx": { "lease": lease_ms } } },
         });
         let session = zenoh::open(Config::from_json5(&config.to_string())?).wait()?;
         Ok(Self { session, server: "default".to_owned() })
@@ -228,7 +300,9 @@ pub(crate) fn batch(nonce: u128, num_envs: u32) -> Open<'static> {
         num_envs,
         autoreset: AutoresetMode::NextStep,
         hash_every: 1,
+        infos: true,
         snapshot: None,
+        percept: false,
         client: "test".to_owned(),
     }
 }

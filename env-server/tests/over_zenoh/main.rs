@@ -3,6 +3,11 @@
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
 mod common;
+mod agent;
+mod relay;
 mod sessions;
 mod processes;
 mod access;
+mod exactly_once;
+mod kills;
+mod hostile;

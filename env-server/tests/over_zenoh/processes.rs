@@ -1,6 +1,6 @@
 //! Servers that start, refuse to, and end.
 
-use crate::common::{Client, Running, batch, refusal};
+use crate::common::{Client, Router, Running, batch, refusal, size};
 use swath_wire::fault::Fault;
 use swath_wire::header::Verb;
 
@@ -40,6 +40,27 @@ fn a_second_server_of_one_name_or_at_one_endpoint_does_not_start() {
     let mut client = Client::new(&beside.endpoint);
     client.server = "meadow".to_owned();
     assert!(client.spec().is_some());
+}
+
+#[test]
+fn of_servers_of_one_name_that_start_at_once_one_stays() {
+    for _ in 0..size(3, 20) {
+        let router = Router::start();
+        let start = || {
+            let flags = ["--name", "field", "--listen", "tcp/127.0.0.1:0", "--connect"];
+            Running::try_start(&[&flags[..], &[&router.endpoint]].concat())
+        };
+        let (one, other) = std::thread::scope(|both| {
+            let (one, other) = (both.spawn(start), both.spawn(start));
+            (one.join().unwrap(), other.join().unwrap())
+        });
+        assert!(
+            one.is_some() != other.is_some(),
+            "one of them, not {} and {}",
+            one.is_some(),
+            other.is_some()
+        );
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::common::{Client, Running, batch, fault_of, header, payload};
+use crate::common::{Client, Opened, Running, batch, fault_of, header, payload};
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Verb};
@@ -49,6 +49,14 @@ fn a_client_that_does_not_read_holds_up_nobody_else() {
     let expected = local.answer(&asked, request).unwrap();
     assert!(expected.len() > 500_000, "as long as the next ones need it");
     assert_eq!(deaf.ask(Verb::Reset, &reset), Some(expected));
+    // Further sessions of its own: with any fixed number of threads it could keep them all.
+    let others: Vec<(Opened, Vec<u8>)> = (10..18)
+        .map(|nonce| {
+            let session = deaf.open(&batch(nonce, 4096)).unwrap();
+            let reset = session.reset(1, 7);
+            (session, reset)
+        })
+        .collect();
     // The first reply keeps Zenoh's thread; the next ones fill every buffer on the way.
     let (wake, sleep) = std::sync::mpsc::channel::<()>();
     let sleep = std::sync::Mutex::new(sleep);
@@ -60,6 +68,11 @@ fn a_client_that_does_not_read_holds_up_nobody_else() {
         };
         let query = deaf.session.get("swath/v1/default/rpc/reset").payload(&reset);
         query.consolidation(ConsolidationMode::None).callback(heard).wait().unwrap();
+        for (_, reset) in &others {
+            let query = deaf.session.get("swath/v1/default/rpc/reset").payload(reset);
+            let unheard = query.consolidation(ConsolidationMode::None).callback(|_| ());
+            unheard.wait().unwrap();
+        }
     }
     let client = Client::new(&server.endpoint);
     let spec = codec::write_empty(&header(Verb::Spec));
@@ -69,6 +82,12 @@ fn a_client_that_does_not_read_holds_up_nobody_else() {
     for seq in 2..100 {
         let step = session.step(seq, &[0.5]);
         client.ask_within(Duration::from_secs(2), Verb::Step, &step).unwrap();
+    }
+    let long = client.open(&batch(3, 4096)).unwrap();
+    for seq in 1..5 {
+        let reset = long.reset(seq, 7);
+        let reply = client.ask_within(Duration::from_secs(2), Verb::Reset, &reset).unwrap();
+        assert!(reply.len() > 500_000);
     }
     drop(wake);
 }

@@ -20,7 +20,9 @@ fn open() -> Open<'static> {
         num_envs: 1,
         autoreset: AutoresetMode::NextStep,
         hash_every: 0,
+        infos: true,
         snapshot: None,
+        percept: false,
         client: String::new(),
     }
 }

@@ -1,7 +1,8 @@
 //! What the server says, in order, and how it is counted.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
+
+use bytes::Bytes;
 
 use super::{QueryId, ServerOutput};
 use crate::codec;
@@ -26,7 +27,7 @@ pub(super) struct Answers {
 }
 
 impl Answers {
-    pub(super) fn reply(&mut self, now_ms: u64, asked: &Asked, message: Arc<[u8]>) {
+    pub(super) fn reply(&mut self, now_ms: u64, asked: &Asked, message: Bytes) {
         // By a clock of milliseconds, a request took less than one more than it seems.
         let most_us = (now_ms.saturating_sub(asked.at_ms) + 1).saturating_mul(1000);
         let place = (u64::BITS - (most_us - 1).leading_zeros()) as usize;

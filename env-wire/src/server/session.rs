@@ -1,8 +1,8 @@
 //! A session on the server: what is known of it, and when it ends.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
+use bytes::Bytes;
 use sha2::{Digest, Sha256};
 
 use super::answers::Asked;
@@ -19,7 +19,7 @@ pub(super) struct Session {
     pub(super) envs: u32,
     pub(super) open: Digest32,
     /// The reply to its open; none as long as it is opened.
-    pub(super) opened: Option<Arc<[u8]>>,
+    pub(super) opened: Option<Bytes>,
     pub(super) opened_ms: u64,
     pub(super) max_reply: u32,
     pub(super) steps: u64,
@@ -29,7 +29,7 @@ pub(super) struct Session {
     pub(super) lease_lost_ms: u64,
     /// The number of the last numbered request that was carried out.
     pub(super) seq: u64,
-    pub(super) last: Option<(Digest32, Arc<[u8]>)>,
+    pub(super) last: Option<(Digest32, Bytes)>,
     pub(super) run: Option<Run>,
     /// A close that waits for the run to end.
     pub(super) closing: Option<Asked>,

@@ -73,7 +73,9 @@ fn open(nonce: u128, config: &str) -> Vec<u8> {
         num_envs: 2,
         autoreset: AutoresetMode::NextStep,
         hash_every: 0,
+        infos: true,
         snapshot: None,
+        percept: false,
         client: "test".to_owned(),
     };
     codec::write(&header, &open).unwrap()
@@ -100,7 +102,7 @@ fn done(message: &[u8]) -> Finished {
 }
 
 fn replied(query: u64, message: &[u8]) -> ServerOutput {
-    ServerOutput::Reply { query: QueryId(query), message: message.into() }
+    ServerOutput::Reply { query: QueryId(query), message: Bytes::copy_from_slice(message) }
 }
 
 /// The one fault that was said.

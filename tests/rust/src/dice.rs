@@ -36,6 +36,12 @@ pub fn mixed(bits: u64) -> u64 {
     bits ^ (bits >> 31)
 }
 
+/// Says what a test has measured; `make test-faults` collects it.
+#[expect(clippy::print_stdout, reason = "what was measured is there to be read")]
+pub fn measured(text: &str) {
+    println!("measured: {text}");
+}
+
 /// `long` if the environment variable `LONG` is set, as `make test LONG=1` does, or else `short`.
 #[must_use]
 pub fn size(short: u64, long: u64) -> u64 {

@@ -9,4 +9,6 @@ pub mod columns;
 pub mod dice;
 pub mod oracle;
 pub mod scene;
+pub mod sight;
+pub mod simulator;
 pub mod watch;

@@ -6,67 +6,12 @@
 use proptest::prelude::*;
 use swath_core::config::ObservationKind;
 use swath_core::env::{Beginning, Env};
-use swath_core::geometry::{Point, Pose};
+use swath_core::geometry::Point;
+use swath_core::mirror::{News, Told};
 use swath_core::observation::Observation;
-use swath_core::site::Site;
-use swath_core::view::View;
 use swath_tests::cases::cases;
 use swath_tests::scene::{self, Scene};
-
-/// Everything that a view holds, with every number as its bits.
-///
-/// Taken apart field by field: a field that is added to the view or to the site has to be judged here before this compiles.
-#[derive(Debug, PartialEq)]
-struct Sight {
-    site: Vec<u64>,
-    mower: Vec<u64>,
-    known_weeds: Vec<(u32, u64, u64)>,
-    weeds_detected: u32,
-    unseen: Vec<(usize, usize)>,
-}
-
-fn sight(view: &View) -> Sight {
-    let View { site, pose, direction, path_m, known_weeds, weeds_detected, ground } = *view;
-    let Site {
-        length_m,
-        width_m,
-        headland_m,
-        deck_width_m,
-        turning_radius_m,
-        speed_mps,
-        sensor_range_m,
-        sensor_width_m,
-        control_distance_m,
-        bcp_length_m,
-    } = *site;
-    let Pose { x_m, y_m, heading_rad } = pose;
-    let bits = |values: &[f64]| values.iter().map(|value| value.to_bits()).collect();
-    let grid = ground.grid();
-    Sight {
-        site: bits(&[
-            length_m,
-            width_m,
-            headland_m,
-            deck_width_m,
-            turning_radius_m,
-            speed_mps,
-            sensor_range_m,
-            sensor_width_m,
-            control_distance_m,
-            bcp_length_m,
-        ]),
-        mower: bits(&[x_m, y_m, heading_rad, direction.0, direction.1, path_m]),
-        known_weeds: known_weeds
-            .iter()
-            .map(|weed| (weed.number, weed.position.x.to_bits(), weed.position.y.to_bits()))
-            .collect(),
-        weeds_detected,
-        unseen: (0..grid.rows())
-            .flat_map(|row| (0..grid.columns()).map(move |column| (column, row)))
-            .filter(|&(column, row)| !ground.is_seen(column, row))
-            .collect(),
-    }
-}
+use swath_tests::sight::{Sight, sight};
 
 fn observation(env: &mut Env) -> Vec<u32> {
     let mut observation = env.observation_spec().rows(1);
@@ -86,13 +31,19 @@ fn scenes() -> impl Strategy<Value = Scene> {
     })
 }
 
-/// What an agent is shown at the start and after each command.
-fn sights(scene: &Scene) -> Vec<(Sight, Vec<u32>)> {
+/// What an agent is shown at the start and after each command, here and elsewhere.
+fn sights(scene: &Scene) -> Vec<(Sight, Vec<u32>, News)> {
     let mut env = scene.env();
-    let mut sights = vec![(sight(&env.view()), observation(&mut env))];
+    let mut told = Told::nothing(env.view().ground.grid());
+    let mut shown = |env: &mut Env, is_whole: bool| {
+        let mut news = News::default();
+        told.news(&env.view(), is_whole, &mut news);
+        (sight(&env.view()), observation(env), news)
+    };
+    let mut sights = vec![shown(&mut env, true)];
     for &command in &scene.drive {
         env.drive(command).unwrap();
-        sights.push((sight(&env.view()), observation(&mut env)));
+        sights.push(shown(&mut env, false));
     }
     sights
 }

@@ -12,8 +12,8 @@ use swath_wire::fault::{Fault, Loss};
 use swath_wire::header::{Header, Kind, Verb};
 use swath_wire::leaf::{Dtype, Leaf};
 use swath_wire::message::{
-    AutoresetMode, CloseReply, EnvInfo, Limits, Open, OpenReply, Reset, ResetReply, Restore, Seeds,
-    SessionStats, Snapshot, SnapshotReply, SpecReply, StatsReply, Step, StepReply,
+    AutoresetMode, CloseReply, EnvInfo, Limits, Open, OpenReply, Percept, Reset, ResetReply,
+    Restore, Seeds, SessionStats, Snapshot, SnapshotReply, SpecReply, StatsReply, Step, StepReply,
 };
 use swath_wire::numbers::bytes_of;
 
@@ -76,6 +76,7 @@ fn every_message_has_the_bytes_that_are_written_down() {
         observation: vec![&features],
         info: vec![&terms],
         state_hash: Some(std::array::from_fn(|i| u8::try_from(i).unwrap())),
+        percept: None,
     };
     page.of_session("reset_reply", 1, reply(Verb::Reset), &present);
 
@@ -91,8 +92,24 @@ fn every_message_has_the_bytes_that_are_written_down() {
         final_observation: vec![&features[4..]],
         ended: vec![&terms[8..]],
         state_hash: None,
+        percept: None,
     };
     page.of_session("step_reply", 7, reply(Verb::Step), &stepped);
+    let percept = Percept {
+        whole: &[0, 1],
+        mowers: &bytes_of([1.0_f64, 2.0, 0.0, 1.0, 0.0, 3.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0]),
+        counts: &bytes_of([4_u32, 1, 2, 1, 0, 0, 0, 1]),
+        known: &bytes_of([3_u32]),
+        known_m: &bytes_of([1.5_f64, 2.5]),
+        mowed: &bytes_of([0_u32, 2]),
+        tiles: &bytes_of([1_u32, 0]),
+        seen: &bytes_of([0x0000_0000_0000_0301_u64, 0x0000_0000_0000_0001]),
+    };
+    let told = StepReply { percept: Some(percept.clone()), ..stepped };
+    page.of_session("step_reply_percept", 7, reply(Verb::Step), &told);
+    let told =
+        ResetReply { percept: Some(Percept { whole: &[1, 1], ..percept }), ..present.clone() };
+    page.of_session("reset_reply_percept", 1, reply(Verb::Reset), &told);
 
     page.of_session("snapshot", 7, request(Verb::Snapshot), &Snapshot { env: None });
     page.of_session("snapshot_one", 7, request(Verb::Snapshot), &Snapshot { env: Some(1) });
@@ -140,12 +157,16 @@ fn spec_and_open(page: &mut Page) {
         num_envs: 2,
         autoreset: AutoresetMode::SameStep,
         hash_every: 100,
+        infos: true,
         snapshot: None,
+        percept: false,
         client: "me".to_owned(),
     };
     page.of_server("open", Kind::Request(Verb::Open), &open);
     let with_snapshot = Open { snapshot: Some(b"state"), ..open };
     page.of_server("open_snapshot", Kind::Request(Verb::Open), &with_snapshot);
+    let with_percept = Open { percept: true, snapshot: None, ..with_snapshot };
+    page.of_server("open_percept", Kind::Request(Verb::Open), &with_percept);
     let opened = OpenReply {
         sid: SID,
         lid: LID,

@@ -2,6 +2,7 @@
 
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
+use allocation_counter::measure;
 use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchOptions, Last};
 use swath_core::config::{ActionKind, ObservationKind, Scenario};
 use swath_core::env::Beginning;
@@ -9,7 +10,7 @@ use swath_tests::columns::Columns;
 use swath_wire::codec;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Kind, Verb};
-use swath_wire::hosted::{ENV_ID, Hosted, state_hash};
+use swath_wire::hosted::{Bounds, ENV_ID, Hosted, state_hash};
 use swath_wire::message::{
     AutoresetMode, Limits, Open, Reset, ResetReply, Restore, Seeds, Snapshot, SnapshotReply, Step,
     StepReply,
@@ -38,7 +39,9 @@ fn open(scenario: &Scenario, autoreset: AutoresetMode) -> Open<'static> {
         num_envs: u32::try_from(ROWS).unwrap(),
         autoreset,
         hash_every: 1,
+        infos: true,
         snapshot: None,
+        percept: false,
         client: "test".to_owned(),
     }
 }
@@ -137,6 +140,41 @@ fn follow(
 }
 
 #[test]
+fn without_infos_all_else_is_the_same() {
+    for action in [ActionKind::Steer, ActionKind::Target] {
+        let scenario = scenario(action, ObservationKind::Features);
+        let with = open(&scenario, AutoresetMode::NextStep);
+        let without = Open { infos: false, ..with.clone() };
+        let [mut told, mut untold] =
+            [with, without].map(|open| Hosted::open(&open, &Limits::default(), 1).unwrap());
+        let reset = Reset { seeds: Seeds::One(9), mask: &[], weeds: Vec::new() };
+        let [full, short] =
+            [&mut told, &mut untold].map(|hosted| ask(hosted, Verb::Reset, &reset).unwrap());
+        let (full, short): (ResetReply, ResetReply) =
+            (codec::read(&full).unwrap(), codec::read(&short).unwrap());
+        assert_eq!(short, ResetReply { info: short.info.clone(), ..full });
+        let mut ended = 0;
+        for step in 0_i64..40 {
+            let table = if action == ActionKind::Steer {
+                bytes_of((0..ROWS).map(|row| (step as f32 + row as f32).sin()))
+            } else {
+                bytes_of((0..ROWS).map(|_| step % 5))
+            };
+            let step = Step { actions: vec![&table] };
+            let [full, short] =
+                [&mut told, &mut untold].map(|hosted| ask(hosted, Verb::Step, &step).unwrap());
+            let (full, short): (StepReply, StepReply) =
+                (codec::read(&full).unwrap(), codec::read(&short).unwrap());
+            let masks = full.info[4..].last().copied();
+            assert_eq!(short.info, masks.into_iter().collect::<Vec<_>>());
+            ended += short.done_index.len() / 4;
+            assert_eq!(short, StepReply { info: short.info.clone(), ..full });
+        }
+        assert!(ended > ROWS, "{ended} episodes ended");
+    }
+}
+
+#[test]
 fn a_batch_at_the_other_end_goes_the_same_way_to_the_bit() {
     for (local, remote) in [
         (Autoreset::NextStep, AutoresetMode::NextStep),
@@ -176,7 +214,7 @@ fn what_cannot_be_opened_is_refused_by_name() {
     assert_eq!(refused(|open| open.num_envs = 0), "`num_envs` must be at least 1, got 0");
     assert_eq!(
         refused(|open| open.num_envs = 20_000),
-        "20000 bytes are more than the limit of 16384"
+        "`num_envs` must be at most 16384 on this server, got 20000"
     );
     assert_eq!(
         refused(|open| open.config = "[mower]\ndeck_width_m = 0.0".to_owned()),
@@ -187,6 +225,58 @@ fn what_cannot_be_opened_is_refused_by_name() {
         "`weeds.file` must be sent as `weeds.positions_m`, got \"/etc/passwd\""
     );
     assert!(refused(|open| open.snapshot = Some(b"none")).starts_with("`snapshot` must be"));
+}
+
+#[test]
+fn environments_that_are_too_large_together_are_refused_before_they_are_built() {
+    let scenario = Scenario::default();
+    let many = Open { num_envs: 16_000, ..open(&scenario, AutoresetMode::NextStep) };
+    let bounds = Bounds { max_cells: 64_000_000, max_weeds: 640_000 };
+    let limits = Limits::default();
+    let ask = |open: &Open, bounds| {
+        let mut text = String::new();
+        let used = measure(|| {
+            text = match Hosted::open_within(open, &limits, bounds, 1) {
+                Ok(_) => String::new(),
+                Err(fault) => fault.to_string(),
+            };
+        });
+        (text, used.bytes_max)
+    };
+    let (text, bytes) = ask(&many, Bounds { max_cells: 63_999_999, ..bounds });
+    assert_eq!(
+        text,
+        "`num_envs` x the cells of the pasture, each 1 m by 1 m, must be at most 63999999 on this server, got 64000000"
+    );
+    assert!(bytes < 1_000_000, "{bytes}");
+    let (text, bytes) = ask(&many, Bounds { max_weeds: 639_999, ..bounds });
+    assert_eq!(
+        text,
+        "`num_envs` x the number of weeds must be at most 639999 on this server, got 640000"
+    );
+    assert!(bytes < 1_000_000, "{bytes}");
+    // So are replies that would be too long.
+    let short = Limits { max_msg: 1_000_000, ..limits };
+    let mut fault = None;
+    let used = measure(|| fault = Hosted::open_within(&many, &short, bounds, 1).err());
+    assert!(matches!(fault, Some(Fault::TooLarge { limit: 1_000_000, .. })), "{fault:?}");
+    assert!(used.bytes_max < 1_000_000, "{used:?}");
+    let few = Open { num_envs: 5, ..many };
+    let bounds = Bounds { max_weeds: 200, ..bounds };
+    let mut hosted = Hosted::open_within(&few, &limits, bounds, 1).unwrap();
+    let table = bytes_of([1.0; 2 * 41]);
+    let reset = Reset { seeds: Seeds::One(1), mask: &[], weeds: vec![Some(&table)] };
+    let fault = ask_for(&mut hosted, &reset).unwrap_err();
+    assert_eq!(
+        fault.to_string(),
+        "`weeds` must be at most 200 in all environments of a session together, got 205"
+    );
+    let one = Reset { mask: &[1, 0, 0, 0, 0], ..reset };
+    assert!(matches!(ask_for(&mut hosted, &one), Err(Fault::NotReset { env: 1, .. })));
+}
+
+fn ask_for(hosted: &mut Hosted, reset: &Reset) -> Result<Vec<u8>, Fault> {
+    ask(hosted, Verb::Reset, reset)
 }
 
 #[test]

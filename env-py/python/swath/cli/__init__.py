@@ -1,6 +1,6 @@
 """The command `swath`.
 
-Bad input gets one line on stderr and exit status 2; Ctrl-C gets one line and 130.
+Bad input gets one line on stderr and exit status 2; Ctrl-C gets one line and 130, where it cuts something off.
 """
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from swath.cli.evaluate import evaluate
 from swath.cli.record import record
 from swath.cli.run import run
 from swath.cli.stop import Stopped
+from swath.cli.top import top
 from swath.cli.train import train
+from swath.cli.worker import worker
 from swath.errors import SwathError
 
 __all__ = ["app", "main"]
@@ -29,7 +31,7 @@ __all__ = ["app", "main"]
 _BAD_INPUT, _STOPPED = 2, 130
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-for command in (evaluate, run, train, record, bench, config, agents, demo):
+for command in (evaluate, run, train, record, worker, bench, config, agents, demo, top):
     app.command()(command)
 
 

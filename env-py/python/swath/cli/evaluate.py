@@ -21,6 +21,7 @@ def evaluate(
     instances: Annotated[int, typer.Option(help="Number of instances of each scenario.")] = 100,
     seed: Seed = 0,
     jobs: Jobs = None,
+    backend: Annotated[str, typer.Option(help="local for threads, ray for tasks of Ray.")] = "local",
     out: Annotated[Path | None, typer.Option(help="Folder for rows and statistics.", show_default="none")] = None,
     only: Annotated[str | None, typer.Option(help="The one sweep to run.", show_default="all")] = None,
     versus: Annotated[
@@ -40,6 +41,7 @@ def evaluate(
             instances=instances,
             seed=seed,
             jobs=jobs,
+            backend=backend,
             only=only,
             out=out,
             progress=True,

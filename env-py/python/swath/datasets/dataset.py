@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
     from swath.scenario import Blocks, ScenarioSource
 
-__all__ = ["record"]
+__all__ = ["BATCH", "name_of", "need_minari", "record", "write"]
 
 _ROOT = "MINARI_DATASETS_PATH"
 """The variable that tells Minari where its datasets are."""
 
 _MOST_EPISODES = 1 << 32
-_BATCH = 16
+BATCH = 16
 """Number of episodes that are played together, and held in memory."""
 
 
@@ -83,14 +83,14 @@ def record(
         ConfigError: If an argument cannot be used, or there is a dataset of that name.
         ModuleNotFoundError: If Minari is not installed; the message names the extra.
     """
-    need("recording", "data", "minari", "h5py", "PIL")
+    need_minari("recording")
     from minari.dataset.minari_dataset import parse_dataset_id
 
     resolved = _native.Scenario(scenario_of(agent) if scenario is None else scenario, **blocks)
     episodes = whole("episodes", episodes, least=1, most=_MOST_EPISODES)
     seed = whole("seed", seed, least=0, most=LARGEST_SEED - (episodes - 1))
     driver, label = driver_of(agent, resolved)
-    name = dataset_id if dataset_id is not None else f"swath/{label.replace(':', '-').replace('=', '-')}-v0"
+    name = dataset_id if dataset_id is not None else name_of(label)
     try:
         parse_dataset_id(name)
     except ValueError as error:
@@ -101,17 +101,61 @@ def record(
     if (folder / name).exists():
         text = f"`dataset_id` must be new, but there is a dataset {folder / name}"
         raise ConfigError(text)
-    folder.mkdir(parents=True, exist_ok=True)
-    about = {"scenario": resolved.to_toml(), "agent": label, "swath_version": _native.VERSION}
-    with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=folder) as unfinished:
-        with _minari_in(Path(unfinished)), Progress("episodes", episodes, is_wanted=progress) as bar:
-            dataset = None
-            for first in range(0, episodes, _BATCH):
-                seeds = range(seed + first, seed + min(first + _BATCH, episodes))
+    with Progress("episodes", episodes, is_wanted=progress) as bar:
+
+        def batches() -> Iterator[Sequence[Recorded]]:
+            for first in range(0, episodes, BATCH):
+                seeds = range(seed + first, seed + min(first + BATCH, episodes))
                 batch = _native.Batch(resolved, len(seeds), "SameStep", num_threads, copy=True)
-                played = play(batch, driver, seeds)
-                dataset = _add(dataset, played, name, resolved, about)
+                played = sorted(play(batch, driver, seeds), key=lambda episode: episode.seed)
+                yield played
                 bar.advance(len(played))
+
+        return write(folder, name, resolved, label, batches())
+
+
+def need_minari(what: str) -> None:
+    """Makes sure that Minari is there.
+
+    Args:
+        what: What needs it, for the message.
+
+    Raises:
+        ModuleNotFoundError: If it is not; the message names the extra.
+    """
+    need(what, "data", "minari", "h5py", "PIL")
+
+
+def name_of(label: str) -> str:
+    """Returns the name in Minari that the dataset of an agent has unless somebody gives it another one."""
+    return f"swath/{label.replace(':', '-').replace('=', '-')}-v0"
+
+
+def write(
+    folder: Path, name: str, scenario: _native.Scenario, label: str, batches: Iterable[Sequence[Recorded]]
+) -> Path:
+    """Writes episodes as a dataset that is there as a whole or not at all.
+
+    Args:
+        folder: Folder of Minari's datasets; it may be missing.
+        name: Name of the dataset in it.
+        scenario: What was driven on.
+        label: Who drove.
+        batches: The episodes in order, some at a time: no more of them are held in memory.
+
+    Returns:
+        The folder of the dataset.
+
+    Raises:
+        ConfigError: If there is such a dataset by then.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    about = {"scenario": scenario.to_toml(), "agent": label, "swath_version": _native.VERSION}
+    with tempfile.TemporaryDirectory(prefix=".unfinished-", dir=folder) as unfinished:
+        dataset = None
+        for played in batches:
+            with _minari_in(Path(unfinished)):
+                dataset = _add(dataset, played, name, scenario, about)
         with _minari_in(folder):
             _namespaces(name)
         try:

@@ -19,10 +19,12 @@ if TYPE_CHECKING:
 
     import numpy.typing as npt
 
+    from swath.remote.batch import RemoteBatch
     from swath.scenario import ScenarioSource
     from swath.training.policy import Player
     from swath.vector import Observations
 
+    AnyBatch: TypeAlias = _native.Batch | RemoteBatch
     Flags: TypeAlias = npt.NDArray[np.bool_]
     Actions: TypeAlias = npt.NDArray[np.float32] | npt.NDArray[np.int64]
     Decisions: TypeAlias = tuple[Actions, Sequence[str | None]]
@@ -38,11 +40,11 @@ RANDOM = "random"
 class Driver(Protocol):
     """Drives every row of a batch through one episode."""
 
-    def begin(self, batch: _native.Batch, seeds: Sequence[int]) -> None:
+    def begin(self, batch: AnyBatch, seeds: Sequence[int]) -> None:
         """Makes ready for new episodes in all rows, of these seeds."""
         ...
 
-    def act(self, batch: _native.Batch, observations: Observations, masks: Flags | None, live: Flags) -> Decisions:
+    def act(self, batch: AnyBatch, observations: Observations, masks: Flags | None, live: Flags) -> Decisions:
         """Decides for every row.
 
         Args:
@@ -69,11 +71,11 @@ class ScriptedDriver:
         self._spec = spec
         self._crew = _native.Crew(spec, [])
 
-    def begin(self, batch: _native.Batch, seeds: Sequence[int]) -> None:
+    def begin(self, batch: AnyBatch, seeds: Sequence[int]) -> None:
         """Gives every row an agent of its own."""
         self._crew = _native.Crew(self._spec, seeds)
 
-    def act(self, batch: _native.Batch, observations: Observations, masks: Flags | None, live: Flags) -> Decisions:
+    def act(self, batch: AnyBatch, observations: Observations, masks: Flags | None, live: Flags) -> Decisions:
         """Decides for every row; see `Driver`."""
         return self._crew.act(batch, live)
 
@@ -85,11 +87,11 @@ class PlayerDriver:
         """Wraps whatever can act in many environments at once."""
         self._player = player
 
-    def begin(self, batch: _native.Batch, seeds: Sequence[int]) -> None:
+    def begin(self, batch: AnyBatch, seeds: Sequence[int]) -> None:
         """Has every row drawn for by its own seed."""
         self._player.begin(seeds)
 
-    def act(self, batch: _native.Batch, observations: Observations, masks: Flags | None, live: Flags) -> Decisions:
+    def act(self, batch: AnyBatch, observations: Observations, masks: Flags | None, live: Flags) -> Decisions:
         """Decides for every row; see `Driver`."""
         return self._player.predict(observations, masks), [None] * len(live)  # type: ignore[arg-type] # as the space says
 
@@ -106,12 +108,14 @@ def scenario_of(agent: str) -> ScenarioSource:
     return Card.read(Path(agent)).scenario if agent.endswith(_MODEL) else "pasture"
 
 
-def driver_of(agent: str, scenario: _native.Scenario) -> tuple[Driver, str]:
+def driver_of(agent: str, scenario: _native.Scenario, *, one_by_one: bool = False) -> tuple[Driver, str]:
     """Returns a driver and its label.
 
     Args:
         agent: A scripted agent with or without options, `random`, or the file of a trained model.
         scenario: What it drives on.
+        one_by_one: Whether a trained model is asked about one environment at a time: what it does in an episode then
+            does not depend, to the bit, on how many are played together.
 
     Raises:
         ConfigError: If there is no such agent or model, or it cannot act in the action kind, or need never stop.
@@ -123,7 +127,7 @@ def driver_of(agent: str, scenario: _native.Scenario) -> tuple[Driver, str]:
         refuse_endless("episode.budget", scenario)
         return PlayerDriver(RandomPlayer(action_space(batch.action_spec))), RANDOM
     if agent.endswith(_MODEL):
-        from swath.training.policy import load_policy
+        from swath.training.policy import OneByOne, load_policy
 
         policy = load_policy(agent)
         assert policy.card is not None, "it was loaded with its card"
@@ -133,7 +137,7 @@ def driver_of(agent: str, scenario: _native.Scenario) -> tuple[Driver, str]:
                 text = f"`scenario.{name}` must be what {agent} was trained on, {trained}, got {given}"
                 raise ConfigError(text)
         refuse_endless("episode.budget", scenario)
-        return PlayerDriver(policy), f"{policy.card.algorithm}:{Path(agent).stem}"
+        return PlayerDriver(OneByOne(policy) if one_by_one else policy), f"{policy.card.algorithm}:{Path(agent).stem}"
     spec = _native.AgentSpec(agent)
     # It refuses actions that it cannot take, even where there is nothing to decide.
     _native.Crew(spec, [0]).act(batch, np.zeros(1, dtype=bool))

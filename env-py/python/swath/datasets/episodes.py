@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from swath import _native
 from swath.errors import ConfigError
 from swath.summary import Summary
 
 if TYPE_CHECKING:
-    from swath.datasets.drivers import Driver
+    from swath.datasets.drivers import AnyBatch, Driver
 
 __all__ = ["Recorded", "play"]
 
@@ -34,6 +33,7 @@ class Recorded:
         truncations: n flags, True at most for the last step: where the budget ends, and where the driver has stopped.
         infos: n + 1 infos, that of the reset first; without what only a last info holds.
         outcome: Why it ended; `done` or `capped` where the driver has stopped.
+        numbers: What result files say of it, but for the outcome.
     """
 
     seed: int
@@ -44,8 +44,9 @@ class Recorded:
     truncations: list[bool] = field(default_factory=list)
     infos: list[dict[str, Any]] = field(default_factory=list)
     outcome: str = ""
+    numbers: dict[str, float] = field(default_factory=dict)
 
-    def stop(self, outcome: str) -> None:
+    def stop(self, outcome: str, numbers: dict[str, float]) -> None:
         """Ends the episode where its driver has stopped: its last step counts as truncated.
 
         Raises:
@@ -55,10 +56,10 @@ class Recorded:
             text = f"`agent` must drive, but it stopped at once in the episode of seed {self.seed}"
             raise ConfigError(text)
         self.truncations[-1] = True
-        self.outcome = outcome
+        self.outcome, self.numbers = outcome, numbers
 
 
-def play(batch: _native.Batch, driver: Driver, seeds: Sequence[int]) -> list[Recorded]:
+def play(batch: AnyBatch, driver: Driver, seeds: Sequence[int]) -> Iterator[Recorded]:
     """Plays one episode in every row.
 
     Args:
@@ -66,8 +67,8 @@ def play(batch: _native.Batch, driver: Driver, seeds: Sequence[int]) -> list[Rec
         driver: Who drives.
         seeds: The seed of every row.
 
-    Returns:
-        One episode for each seed, in order.
+    Yields:
+        The episodes, each as soon as it is over; of those that end with the same step the first row first.
     """
     observations, infos = batch.reset(list(seeds))
     driver.begin(batch, seeds)
@@ -82,8 +83,9 @@ def play(batch: _native.Batch, driver: Driver, seeds: Sequence[int]) -> list[Rec
         for row in np.flatnonzero(live).tolist():
             outcome = stops[row]
             if outcome is not None:
-                episodes[row].stop(outcome)
+                episodes[row].stop(outcome, batch.summary(row))
                 live[row] = False
+                yield episodes[row]
         if not live.any():
             break
         # Rows without a running episode step too, and nobody looks.
@@ -101,8 +103,11 @@ def play(batch: _native.Batch, driver: Driver, seeds: Sequence[int]) -> list[Rec
             episode.infos.append(_info(last, row))
             if is_over:
                 episode.outcome = str(last["outcome"][row])
+                episode.numbers = {
+                    name: last[name][row].item() for name in Summary.__annotations__ if name != "outcome"
+                }
                 live[row] = False
-    return episodes
+                yield episode
 
 
 def _row(observations: Any, row: int) -> Any:  # noqa: ANN401 - an array, or a dictionary of arrays

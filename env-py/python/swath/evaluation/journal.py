@@ -15,7 +15,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING
 
 from swath.errors import ConfigError
-from swath.evaluation.row import Row
+from swath.evaluation.row import Row, add
 from swath.files import check_folder
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ class Journal:
             if row is None:
                 self._refuse_another(parsed)
             else:
-                self.rows[row.task] = row
+                add(self.rows, row)
         self._whole_bytes = sum(len(line) + 1 for line in lines)
 
     def _row(self, parsed: Mapping[str, object]) -> Row:

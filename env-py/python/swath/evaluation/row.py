@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
+
+from swath.errors import SwathError
 
 if TYPE_CHECKING:
     from typing import TypeAlias
 
-__all__ = ["NUMBERS", "Row", "Task"]
+__all__ = ["NUMBERS", "Row", "Task", "add"]
 
 Task: TypeAlias = "tuple[int, str, int]"
 """Number of a cell, name of an agent, number of an instance."""
@@ -76,3 +78,19 @@ class Row:
     def mowed_percent(self) -> float:
         """Weeds mowed, in per cent of all; 100 where there are none."""
         return 100.0 * self.weeds_mowed / self.weeds_total if self.weeds_total else 100.0
+
+
+def add(rows: dict[Task, Row], row: Row) -> bool:
+    """Adds a row under its key, once.
+
+    Returns:
+        Whether it is new. One that is there already is compared and left out.
+
+    Raises:
+        SwathError: If the one that is there says something else: the same episode has gone two ways.
+    """
+    known = rows.setdefault(row.task, row)
+    if replace(known, wall_s=row.wall_s) != row:
+        text = f"instance {row.instance} of {row.agent} on {row.scenario} must end one way, got {known} and {row}"
+        raise SwathError(text)
+    return known is row

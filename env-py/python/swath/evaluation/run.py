@@ -8,11 +8,12 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from swath import _native
+from swath.errors import ConfigError
 from swath.evaluation.journal import Journal
 from swath.evaluation.results import Results, versus_of
-from swath.evaluation.row import Row
-from swath.evaluation.study import Study, whole
+from swath.evaluation.row import Row, add
+from swath.evaluation.study import Study, cores, whole
+from swath.extras import need
 from swath.progress import Progress
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ def evaluate(
     instances: int = 100,
     seed: int = 0,
     jobs: int | None = None,
+    backend: str = "local",
     only: str | None = None,
     out: str | os.PathLike[str] | None = None,
     progress: bool = False,
@@ -47,7 +49,10 @@ def evaluate(
             cells are joined.
         instances: Number of instances of each cell, at least 1.
         seed: Seed of instance 0.
-        jobs: Number of threads; None: all cores. It changes nothing but `wall_s`.
+        jobs: Number of threads, or of Ray's tasks at a time; None: all cores. It changes nothing but `wall_s`.
+        backend: `local`: threads of this process; `ray`: tasks of Ray, on the cluster that `ray.init` has connected to,
+            on that of the environment variable `RAY_ADDRESS`, or on workers of this machine. The rows are the same,
+            whatever becomes of a worker: an episode that was lost with one runs again.
         only: The one sweep to run.
         out: Folder for `journal.jsonl`, `episodes.csv`, `scenario.toml` (`scenario-1.toml` ... for several) and
             `summary.json`; None: nothing is written.
@@ -60,16 +65,23 @@ def evaluate(
     Raises:
         ConfigError: If an argument cannot be used, or `out` holds something else; nothing has been written then.
         OSError: If `out` cannot be written to.
+        ModuleNotFoundError: If Ray is wanted and not installed; the message names the extra.
     """
     study = Study.plan(agents, scenario=scenario, instances=instances, seed=seed, only=only)
     versus = versus_of(study, versus)
-    threads = _cores() if jobs is None else whole("jobs", jobs, least=1, most=_MOST_JOBS)
+    jobs = None if jobs is None else whole("jobs", jobs, least=1, most=_MOST_JOBS)
+    if backend not in ("local", "ray"):
+        text = f"`backend` must be local or ray, got {backend!r}"
+        raise ConfigError(text)
+    if backend == "ray":
+        need("`backend`", "ray", "ray")
     journal = None if out is None else Journal(Path(out), study)
     rows = {} if journal is None else journal.rows
     with Progress("episodes", len(study), is_wanted=progress) as bar, journal or nullcontext():
         bar.advance(len(rows))
-        for row in run(study, skip=rows, threads=threads):
-            rows[row.task] = row
+        for row in _rows(study, rows, backend, jobs):
+            if not add(rows, row):
+                continue
             if journal is not None:
                 journal.write(row)
             bar.advance(1)
@@ -79,29 +91,11 @@ def evaluate(
     return results
 
 
-def run(study: Study, *, skip: Mapping[Task, Row], threads: int) -> Iterator[Row]:
-    """Yields the rows of a study as they get finished, but for those of `skip`."""
-    labels = study.labels
-    tasks = [
-        (cell, labels.index(agent), instance)
-        for cell, agent, instance in study.tasks()
-        if (cell, agent, instance) not in skip
-    ]
-    scenarios = [cell.scenario for cell in study.cells]
-    stream = _native.EpisodeStream(scenarios, study.agents, tasks, study.seed, threads)
-    for cell, agent, instance, summary, wall_s in stream:
-        yield Row(
-            cell=cell,
-            scenario=study.cells[cell].name,
-            agent=labels[agent],
-            instance=instance,
-            seed=study.seed + instance,
-            wall_s=wall_s,
-            **summary,
-        )
+def _rows(study: Study, known: Mapping[Task, Row], backend: str, jobs: int | None) -> Iterator[Row]:
+    """Yields the rows that are not known yet, as they get finished."""
+    tasks = [task for task in study.tasks() if task not in known]
+    if backend == "ray":
+        from swath.evaluation.on_ray import run_on_ray
 
-
-def _cores() -> int:
-    """Returns how many cores this process may use."""
-    affinity = getattr(os, "sched_getaffinity", None)
-    return len(affinity(0)) if affinity else os.cpu_count() or 1
+        return run_on_ray(study, tasks, jobs)
+    return study.run(tasks, threads=jobs or cores())

@@ -6,6 +6,7 @@ import operator
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from hashlib import sha256
 from itertools import product
 from pathlib import Path
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from swath import _native
 from swath.errors import ConfigError
+from swath.evaluation.row import Row
 from swath.plain import plain
 from swath.seeds import LARGEST_SEED
 
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
 
     Sources: TypeAlias = "ScenarioSource | Sequence[ScenarioSource]"
 
-__all__ = ["Cell", "Sources", "Study", "whole"]
+__all__ = ["Cell", "Sources", "Study", "build", "cores", "whole"]
 
 _MOST_INSTANCES = 1 << 32
 
@@ -103,6 +105,23 @@ class Study:
         for cell, instance, agent in product(range(len(self.cells)), range(self.instances), self.labels):
             yield (cell, agent, instance)
 
+    def run(self, tasks: Sequence[Task], *, threads: int) -> Iterator[Row]:
+        """Yields the rows of these tasks as they get finished."""
+        labels = self.labels
+        numbers = [(cell, labels.index(agent), instance) for cell, agent, instance in tasks]
+        scenarios = [cell.scenario for cell in self.cells]
+        stream = _native.EpisodeStream(scenarios, self.agents, numbers, self.seed, threads)
+        for cell, agent, instance, summary, wall_s in stream:
+            yield Row(
+                cell=cell,
+                scenario=self.cells[cell].name,
+                agent=labels[agent],
+                instance=instance,
+                seed=self.seed + instance,
+                wall_s=wall_s,
+                **summary,
+            )
+
     def __len__(self) -> int:
         """Returns the number of episodes."""
         return len(self.cells) * len(self.agents) * self.instances
@@ -121,9 +140,16 @@ class Study:
         }
 
 
+@cache
 def build() -> str:
     """Returns what tells this build of the compiled module from others of the same version: its results may differ."""
     return sha256(Path(_native.__file__).read_bytes()).hexdigest()[:16]
+
+
+def cores() -> int:
+    """Returns how many cores this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
 
 
 def whole(field: str, value: object, *, least: int, most: int) -> int:

@@ -16,6 +16,7 @@ from gymnasium.vector import AutoresetMode
 
 from swath.errors import ConfigError
 from swath.registration import ENTRY_POINTS
+from swath.remote.tls import tls
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from swath.remote.vector import RemoteVectorEnv
     from swath.scenario import Blocks, ScenarioSource
 
-__all__ = ["make", "make_vec"]
+__all__ = ["make", "make_vec", "tls"]
 
 
 def make(
@@ -35,9 +36,12 @@ def make(
     connect: str,
     server: str = "default",
     scenario: ScenarioSource = None,
+    infos: bool = True,
     attempt_s: float = 2.0,
     deadline_s: float = 60.0,
     client: str = "",
+    resume: bool = False,
+    hash_every: int = 64,
     zenoh: dict[str, object] | None = None,
     **blocks: Unpack[Blocks],
 ) -> RemoteEnv:
@@ -48,15 +52,23 @@ def make(
         connect: The server's endpoint, such as `tcp/127.0.0.1:7447`.
         server: The name that the server was started with.
         scenario: A shipped name, a file, a dictionary, a `Scenario`, or None for the defaults.
+        infos: Whether every step tells its infos. Without, they are empty but for what is said of an episode that ends,
+            and, with the action kind `target`, which choices are open; a reply is then shorter.
         attempt_s: How long to wait for an answer before the same is asked again, seconds.
         deadline_s: How long to go on asking, seconds.
         client: Who asks, for the server's logs.
-        zenoh: Further settings of Zenoh by their path, such as those of `transport/link/tls`.
+        resume: Whether to go on when the server was started anew: from a snapshot that this process holds, with the
+            requests since sent again and every reply compared with the one that there was. The server has to run with
+            `--allow-snapshot`. What is kept: the snapshot, and up to 64 MiB of requests.
+        hash_every: With `resume`, the servers send a hash of the state with every so many replies, so that it is
+            compared too; more often costs more.
+        zenoh: Further settings of Zenoh by their path; `tls` returns those for a client with a certificate.
         **blocks: Blocks of the scenario, laid over it key by key.
 
     Raises:
         ConfigError: If an argument or the scenario cannot be used.
-        RemoteError: If the server cannot be reached or takes no further session.
+        RemoteError: If the server cannot be reached, has another version of swath, or takes no further session; with
+            `resume`, a `ResumeError` if it sends no snapshots.
         ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
     """
     _check(env_id)
@@ -66,9 +78,12 @@ def make(
         scenario,
         connect=connect,
         server=server,
+        infos=infos,
         attempt_s=attempt_s,
         deadline_s=deadline_s,
         client=client,
+        resume=resume,
+        hash_every=hash_every,
         zenoh=zenoh,
         **blocks,
     )
@@ -83,9 +98,12 @@ def make_vec(
     scenario: ScenarioSource = None,
     autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
     copy: bool = True,
+    infos: bool = True,
     attempt_s: float = 2.0,
     deadline_s: float = 60.0,
     client: str = "",
+    resume: bool = False,
+    hash_every: int = 64,
     zenoh: dict[str, object] | None = None,
     **blocks: Unpack[Blocks],
 ) -> RemoteVectorEnv:
@@ -99,15 +117,18 @@ def make_vec(
         scenario: As for `make`.
         autoreset_mode: As for `gym.make_vec`.
         copy: As for `gym.make_vec`.
+        infos: As for `make`.
         attempt_s: As for `make`.
         deadline_s: As for `make`.
         client: As for `make`.
+        resume: As for `make`; each server's environments by themselves.
+        hash_every: As for `make`.
         zenoh: As for `make`.
         **blocks: Blocks of the scenario, laid over it key by key.
 
     Raises:
         ConfigError: If an argument or the scenario cannot be used.
-        RemoteError: If a server cannot be reached or takes no further session.
+        RemoteError: As for `make`.
         ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
     """
     _check(env_id)
@@ -120,9 +141,12 @@ def make_vec(
         server=server,
         autoreset_mode=autoreset_mode,
         copy=copy,
+        infos=infos,
         attempt_s=attempt_s,
         deadline_s=deadline_s,
         client=client,
+        resume=resume,
+        hash_every=hash_every,
         zenoh=zenoh,
         **blocks,
     )

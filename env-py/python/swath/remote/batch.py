@@ -7,7 +7,8 @@ import time
 from typing import TYPE_CHECKING
 
 from swath import _native
-from swath.errors import ConfigError
+from swath.errors import ConfigError, RemoteTimeout
+from swath.evaluation.study import whole
 from swath.remote.link import Link
 
 if TYPE_CHECKING:
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from swath.spaces import Bound, Part
 
 __all__ = ["RemoteBatch"]
+
+_MOST_HASH_EVERY = 2**32 - 1
 
 Step: TypeAlias = "tuple[Any, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, object]]"
 FlatStep: TypeAlias = "tuple[Any, npt.NDArray[np.float32], npt.NDArray[np.bool_], list[dict[str, object]], list[int]]"
@@ -41,20 +44,28 @@ class RemoteBatch:
         *,
         server: str = "default",
         copy: bool = True,
+        percept: bool = False,
+        infos: bool = True,
         attempt_s: float = 2.0,
         deadline_s: float = 60.0,
         client: str = "",
+        resume: bool = False,
+        hash_every: int = 64,
         zenoh: dict[str, object] | None = None,
     ) -> None:
-        """Opens a session on every server.
+        """Opens a session on every server; with `percept` each tells what its mowers perceive, for scripted agents.
 
         Raises:
             ConfigError: If an argument cannot be used.
-            RemoteError: If a server cannot be reached or takes no further session.
+            RemoteError: If a server cannot be reached, has another version of swath, or takes no further session.
+            ResumeError: If it is to be resumed and a server sends no snapshots.
         """
         endpoints = [connect] if isinstance(connect, str) else list(connect)
         if not 1 <= len(endpoints) <= num_envs:
             text = f"`connect` must name from 1 to {num_envs} servers, no more than environments, got {connect!r}"
+            raise ConfigError(text)
+        if percept and not infos:
+            text = "`infos` must be True with `percept`: mowed weeds are counted from the reward, got False"
             raise ConfigError(text)
         share, rest = divmod(num_envs, len(endpoints))
         rows = [share + (part < rest) for part in range(len(endpoints))]
@@ -64,21 +75,31 @@ class RemoteBatch:
             rows,
             autoreset_mode,
             copy=copy,
-            attempt_ms=_ms("attempt_s", attempt_s),
-            deadline_ms=_ms("deadline_s", deadline_s),
+            infos=infos,
+            patience_ms=(_ms("attempt_s", attempt_s), _ms("deadline_s", deadline_s)),
             jitter_seed=secrets.randbits(64),
+            hash_every=whole("hash_every", hash_every, least=1, most=_MOST_HASH_EVERY) if resume else None,
         )
         self._links: list[Link] = []
+        # What was asked last of each server, if more answers may come.
+        self._asked: dict[int, Answers] = {}
         self._finish: Callable[[], Any] = self._core.finish_open
         try:
             self._links += [Link(endpoint, server, attempt_s, zenoh) for endpoint in endpoints]
             nonces = [secrets.randbits(128) for _ in endpoints]
-            self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client), self._core.finish_open)
-            for part, link in enumerate(self._links):
-                link.hold(self._core.lease(part))
-        except BaseException:
+            self._call(self._core.begin_spec, self._core.finish_spec)
+            self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client, percept), self._core.finish_open)
+        except BaseException as error:
+            text = f"{error}; {self._why_silent()}" if isinstance(error, RemoteTimeout) else ""
             self.close()
+            if text:
+                raise RemoteTimeout(text) from None
             raise
+
+    @property
+    def native(self) -> _native.RemoteBatch:
+        """What a `Crew` acts on."""
+        return self._core
 
     @property
     def scenario(self) -> _native.Scenario:
@@ -105,6 +126,11 @@ class RemoteBatch:
         """Which choices are open; an `AttributeError` where actions are no choices."""
         return self._core.action_masks
 
+    @property
+    def resumed(self) -> int:
+        """How often a session was resumed at a server that was started anew."""
+        return self._core.resumed
+
     def reset(
         self,
         seeds: Sequence[int | None],
@@ -130,6 +156,10 @@ class RemoteBatch:
         )
         return result
 
+    def summary(self, row: int) -> dict[str, float]:
+        """Returns the numbers of a row's present episode, as the native batch does; it takes percepts."""
+        return self._core.summary(row)
+
     def snapshot(self, row: int | None = None) -> bytes:
         """Returns the state as bytes: of all rows, or of one."""
         snapshot: bytes = self._call(
@@ -146,6 +176,7 @@ class RemoteBatch:
 
         Raises:
             RemoteTimeout: If it is not answered this time either.
+            RemoteError: If every call was answered.
         """
         return self._call(self._core.retry, self._finish)
 
@@ -162,6 +193,7 @@ class RemoteBatch:
 
     def _leave(self) -> None:
         links, self._links = self._links, []
+        self._asked.clear()
         for link in links:
             link.close()
 
@@ -178,7 +210,24 @@ class RemoteBatch:
             # Interrupted, or half begun: what is in flight can be settled by `retry`, `reset` or `close`.
             self._core.abandon(self._now_ms())
             raise
+        finally:
+            self._hold_leases()
         return finish()
+
+    def _why_silent(self) -> str:
+        """Says what may be wrong with a server that has never answered: who is refused by one gets silence."""
+        for link in self._links:
+            if not link.sees_server():
+                where = f"`{link.server}` at {link.endpoint}"
+                return f"no sign of {where}: not running, called otherwise, or we are not authorised"
+        return "the server is running"
+
+    def _hold_leases(self) -> None:
+        """Shows every server that its client is there; a session that was resumed has another lease."""
+        for part, link in enumerate(self._links):
+            lease = self._core.lease(part)
+            if lease is not None:
+                link.hold(lease)
 
     def _move_messages(self, end_s: float) -> None:
         waiting = set(range(len(self._links)))
@@ -186,11 +235,13 @@ class RemoteBatch:
             wake_ms: list[int] = []
             asked = []
             for part in sorted(waiting):
+                self._take_in_late(part)
                 what, verb, message, number = self._core.poll(part, self._now_ms())
                 if what == "send":
                     assert verb is not None, "a message has a verb"
                     assert message is not None, "and bytes"
-                    asked.append((part, self._links[part].ask(verb, message)))
+                    timeout_s = min(number / 1000, end_s - time.monotonic())
+                    asked.append((part, self._links[part].ask(verb, message, timeout_s)))
                 elif what == "wait":
                     wake_ms.append(number)
                 else:
@@ -198,7 +249,8 @@ class RemoteBatch:
             for part, answers in asked:
                 self._take_in(part, answers)
             if not asked and wake_ms:
-                time.sleep(max(0, min(wake_ms) - self._now_ms()) / 1000)
+                wait_s = (min(wake_ms) - self._now_ms()) / 1000
+                time.sleep(max(0.0, min(wait_s, end_s - time.monotonic())))
 
     def _take_in(self, part: int, answers: Answers) -> None:
         is_silent = True
@@ -206,10 +258,17 @@ class RemoteBatch:
             is_silent = False
             if message is None:
                 self._core.on_timeout(part, self._now_ms())
-            else:
-                self._core.on_reply(part, self._now_ms(), message)
+            elif self._core.on_reply(part, self._now_ms(), message):
+                # The network says later that there is no other answer, and if there is one, the next call is told.
+                self._asked[part] = answers
+                return
         if is_silent:
             self._core.on_nothing(part, self._now_ms())
+
+    def _take_in_late(self, part: int) -> None:
+        answers = self._asked.pop(part, None)
+        for message in answers.late() if answers is not None else ():
+            self._core.on_reply(part, self._now_ms(), message)
 
 
 def _ms(field: str, seconds: float) -> int:

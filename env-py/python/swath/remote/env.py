@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 
 __all__ = ["RemoteEnv"]
 
+# How many things a step returns, and no other call.
+_OF_A_STEP = 5
+
 Observation: TypeAlias = "npt.NDArray[np.generic] | dict[str, npt.NDArray[np.generic]]"
 
 
@@ -39,9 +42,12 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
         *,
         connect: str,
         server: str = "default",
+        infos: bool = True,
         attempt_s: float = 2.0,
         deadline_s: float = 60.0,
         client: str = "",
+        resume: bool = False,
+        hash_every: int = 64,
         zenoh: dict[str, object] | None = None,
         **blocks: Unpack[Blocks],
     ) -> None:
@@ -52,9 +58,12 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
             "Disabled",
             connect,
             server=server,
+            infos=bool(infos),
             attempt_s=attempt_s,
             deadline_s=deadline_s,
             client=client,
+            resume=resume,
+            hash_every=hash_every,
             zenoh=zenoh,
         )
         self.observation_space = observation_space(self._core.observation_spec)
@@ -85,8 +94,21 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, object]]:
         """Steps, as `MowerRoutingEnv.step` does."""
-        observations, rewards, terminated, truncated, infos = self._core.step(np.asarray(action)[np.newaxis])
-        return _first(observations), float(rewards[0]), bool(terminated[0]), bool(truncated[0]), _info(infos)
+        return _stepped(self._core.step(np.asarray(action)[np.newaxis]))
+
+    def retry(self) -> object:
+        """Asks once more for what was not answered in time, and returns what that call would have returned.
+
+        Raises:
+            RemoteTimeout: If it is not answered this time either.
+            RemoteError: If every call was answered.
+        """
+        result = self._core.retry()
+        if isinstance(result, tuple) and len(result) == _OF_A_STEP:
+            return _stepped(result)
+        if isinstance(result, tuple):
+            return _first(result[0]), _info(result[1])
+        return result
 
     def action_masks(self) -> npt.NDArray[np.bool_]:
         """Returns which choices are open, as sb3-contrib asks for them."""
@@ -107,6 +129,11 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
         if self._batch is not None:
             self._batch.close()
             self._batch = None
+
+
+def _stepped(result: Any) -> tuple[Observation, float, bool, bool, dict[str, object]]:  # noqa: ANN401 - of a batch
+    observations, rewards, terminated, truncated, infos = result
+    return _first(observations), float(rewards[0]), bool(terminated[0]), bool(truncated[0]), _info(infos)
 
 
 def _first(observations: Any) -> Observation:  # noqa: ANN401 - an array or a dictionary of them

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import json
 import os
+import re
 import weakref
 from typing import TYPE_CHECKING, Any
 
@@ -21,12 +22,28 @@ if TYPE_CHECKING:
 
 __all__ = ["Answers", "Link"]
 
-_VERBS = ("open", "reset", "step", "snapshot", "restore", "close")
+_VERBS = ("spec", "open", "reset", "step", "snapshot", "restore", "close", "stats")
 _CONNECT_MS = 5000
+_LOOK_S = 1.0
+# What is left of a deadline is never no time at all.
+_SHORTEST_S = 0.001
+_NAME = re.compile(r"[a-z0-9-]{1,64}")
+# What is read from the network at a time: long replies come in pieces of 64 KiB.
+_READ_BYTES = 1 << 20
 # Larger than the largest message by far more than Zenoh adds.
 _MAX_MESSAGE_BYTES = (64 << 20) + (64 << 10)
 
 _open_links: weakref.WeakSet[Link] = weakref.WeakSet()
+
+
+class _Forked:
+    """Whether this process ever opened a session, and whether its parent had: then Zenoh would wait for ever."""
+
+    has_opened = False
+    is_too_late = False
+
+
+_forked = _Forked()
 
 
 class Link:
@@ -38,53 +55,75 @@ class Link:
         Args:
             endpoint: Such as `tcp/127.0.0.1:7447`.
             server: The name that the server was started with.
-            timeout_s: How long a question may stay open.
+            timeout_s: How long a question may stay open, where nothing else is said.
             config: Further settings of Zenoh, such as those of TLS, by their path.
 
         Raises:
-            RemoteError: If there is nobody at the endpoint.
-            ConfigError: If the endpoint is none.
+            RemoteError: If there is nobody at the endpoint, or this process was forked from one that had a link.
+            ConfigError: If the endpoint is none, the server's name is none, or Zenoh does not take a setting.
             ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
         """
         need("`swath.remote`", "remote", "zenoh")
+        if _forked.is_too_late:
+            text = "the process was forked after environments on a server were opened; use `spawn` or `forkserver`"
+            raise RemoteError(text)
         import zenoh
 
         if not isinstance(endpoint, str) or "/" not in endpoint:
             text = f"`connect` must be an endpoint such as 'tcp/127.0.0.1:7447', got {endpoint!r}"
             raise ConfigError(text)
+        if not isinstance(server, str) or not _NAME.fullmatch(server):
+            text = f"`server` must be 1 to 64 lower-case letters, digits and dashes, got {server!r}"
+            raise ConfigError(text)
         self.endpoint, self.server = endpoint, server
         self._pid = os.getpid()
-        settings = zenoh.Config()
-        for path, value in (_settings(endpoint) | (config or {})).items():
-            settings.insert_json5(path, json.dumps(value))
+        self._timeout_s = timeout_s
+        settings = _settings(zenoh, endpoint, config)
+        _forked.has_opened = True
         try:
             self._session: Any = zenoh.open(settings)
         except zenoh.ZError as error:
             text = f"no server at {endpoint}: {_first_line(error)}"
             raise RemoteError(text) from None
         prefix = f"swath/v1/{server}"
+        self._how: dict[str, Any] = {
+            "target": zenoh.QueryTarget.BEST_MATCHING,
+            "consolidation": zenoh.ConsolidationMode.NONE,
+            "express": True,
+        }
         self._queriers = {
-            verb: self._session.declare_querier(
-                f"{prefix}/rpc/{verb}",
-                target=zenoh.QueryTarget.BEST_MATCHING,
-                consolidation=zenoh.ConsolidationMode.NONE,
-                timeout=timeout_s,
-                express=True,
-            )
+            verb: self._session.declare_querier(f"{prefix}/rpc/{verb}", timeout=timeout_s, **self._how)
             for verb in _VERBS
         }
         self._prefix = prefix
-        self._lease: zenoh.LivelinessToken | None = None
+        self._lease_name = ""
+        self._lease: Any = None
         _open_links.add(self)
 
-    def ask(self, verb: str, message: bytes) -> Answers:
-        """Sends a message; its answers arrive meanwhile."""
+    def ask(self, verb: str, message: bytes, timeout_s: float | None = None) -> Answers:
+        """Sends a message; its answers arrive meanwhile, for at most so many seconds, or the usual ones."""
         self._check_process()
-        return Answers(self._queriers[verb].get(payload=message))
+        if timeout_s is None or timeout_s >= self._timeout_s:
+            return Answers(self._queriers[verb].get(payload=message))
+        # A querier knows one time-out only, and the deadline is nearer.
+        key = f"{self._prefix}/rpc/{verb}"
+        timeout_s = max(timeout_s, _SHORTEST_S)
+        return Answers(self._session.get(key, payload=message, timeout=timeout_s, **self._how))
+
+    def sees_server(self) -> bool:
+        """Returns whether a server of the name shows that it is alive."""
+        self._check_process()
+        found = self._session.liveliness().get(f"{self._prefix}/alive/*", timeout=_LOOK_S)
+        return any(reply.ok is not None for reply in found)
 
     def hold(self, lease: str) -> None:
-        """Shows the server that its client is there, until `close` or the end of the process."""
+        """Shows the server that its client is there, until another lease, `close` or the end of the process."""
+        if lease == self._lease_name:
+            return
         self._check_process()
+        if self._lease is not None:
+            self._lease.undeclare()
+        self._lease_name = lease
         self._lease = self._session.liveliness().declare_token(f"{self._prefix}/lease/{lease}")
 
     def close(self) -> None:
@@ -107,12 +146,47 @@ class Answers:
         self._replies = replies
 
     def __iter__(self) -> Iterator[bytes | None]:
-        """Yields each message, and None for an error of the network such as a time-out."""
+        """Waits for each message and yields it, and None for an error of the network such as a time-out."""
         for reply in self._replies:
             yield reply.ok.payload.to_bytes() if reply.ok is not None else None
 
+    def late(self) -> Iterator[bytes]:
+        """Yields the messages that have come since nobody waits for them any more."""
+        import zenoh
 
-def _settings(endpoint: str) -> dict[str, object]:
+        try:
+            while (reply := self._replies.try_recv()) is not None:
+                if reply.ok is not None:
+                    yield reply.ok.payload.to_bytes()
+        except zenoh.ZError:
+            # There will be no more.
+            return
+
+
+def _settings(zenoh: Any, endpoint: str, further: dict[str, object] | None) -> Any:  # noqa: ANN401 - it is imported late
+    """Returns the settings of a client, with further ones laid over them."""
+    if not (further is None or isinstance(further, dict)):
+        text = f"`zenoh` must be settings of Zenoh by their path, got {further!r}"
+        raise ConfigError(text)
+    settings = zenoh.Config()
+    for path, value in _usual(endpoint).items():
+        try:
+            settings.insert_json5(path, json.dumps(value))
+        except zenoh.ZError:
+            if path != "connect/endpoints":
+                raise
+            text = f"`connect` must be an endpoint such as 'tcp/127.0.0.1:7447', got {endpoint!r}"
+            raise ConfigError(text) from None
+    for path, value in (further or {}).items():
+        try:
+            settings.insert_json5(path, json.dumps(value))
+        except (zenoh.ZError, TypeError, ValueError):
+            text = f"`zenoh` must hold settings of Zenoh by their path, got {path!r}: {value!r}"
+            raise ConfigError(text) from None
+    return settings
+
+
+def _usual(endpoint: str) -> dict[str, object]:
     return {
         "mode": "client",
         "connect/endpoints": [endpoint],
@@ -122,6 +196,7 @@ def _settings(endpoint: str) -> dict[str, object]:
         "scouting/multicast/enabled": False,
         "scouting/gossip/enabled": False,
         "transport/shared_memory/enabled": False,
+        "transport/link/rx/buffer_size": _READ_BYTES,
         "transport/link/rx/max_message_size": _MAX_MESSAGE_BYTES,
     }
 
@@ -138,6 +213,7 @@ def _leave_to_parent() -> None:
         for held in (link._session, link._lease, *link._queriers.values()):
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(held))
     _open_links.clear()
+    _forked.is_too_late = _forked.is_too_late or _forked.has_opened
 
 
 os.register_at_fork(after_in_child=_leave_to_parent)

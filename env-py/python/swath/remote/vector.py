@@ -36,9 +36,12 @@ class RemoteVectorEnv(MowerRoutingVectorEnv):
         server: str = "default",
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
+        infos: bool = True,
         attempt_s: float = 2.0,
         deadline_s: float = 60.0,
         client: str = "",
+        resume: bool = False,
+        hash_every: int = 64,
         zenoh: dict[str, object] | None = None,
         **blocks: Unpack[Blocks],
     ) -> None:
@@ -52,9 +55,12 @@ class RemoteVectorEnv(MowerRoutingVectorEnv):
             connect,
             server=server,
             copy=bool(copy),
+            infos=bool(infos),
             attempt_s=attempt_s,
             deadline_s=deadline_s,
             client=client,
+            resume=resume,
+            hash_every=hash_every,
             zenoh=zenoh,
         )
         self._adopt(batch, num_envs, mode)

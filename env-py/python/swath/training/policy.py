@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     Actions: TypeAlias = "npt.NDArray[np.float32] | npt.NDArray[np.int64]"
     Masks: TypeAlias = "npt.NDArray[np.bool_] | None"
 
-__all__ = ["Player", "Policy", "RandomPlayer", "load_policy"]
+__all__ = ["OneByOne", "Player", "Policy", "RandomPlayer", "load_policy"]
 
 
 class Player(Protocol):
@@ -94,13 +94,7 @@ class Policy:
         with torch.random.fork_rng(devices=[]):
             for row, state in enumerate(self._draws):
                 torch.set_rng_state(state)
-                only = slice(row, row + 1)
-                part = (
-                    {key: values[only] for key, values in observations.items()}
-                    if isinstance(observations, Mapping)
-                    else observations[only]
-                )
-                chosen.append(self._predict(part, None if action_masks is None else action_masks[only]))
+                chosen.append(self._predict(*_only(row, observations, action_masks)))
                 self._draws[row] = torch.get_rng_state()
         actions: Actions = np.concatenate(chosen)
         return actions
@@ -112,6 +106,31 @@ class Policy:
         knows_masks = "action_masks" in inspect.signature(self.model.predict).parameters
         masks = {"action_masks": action_masks} if knows_masks and action_masks is not None else {}
         actions: Actions = self.model.predict(observations, deterministic=self.deterministic, **masks)[0]
+        return actions
+
+
+class OneByOne:
+    """A policy that is asked about one environment at a time.
+
+    Sums over a batch are rounded in an order that depends on its size, so that many rows at once may bring other bits
+    than each alone.
+    """
+
+    def __init__(self, policy: Policy) -> None:
+        """Wraps a policy that takes its likeliest action."""
+        self._policy = policy
+
+    def begin(self, seeds: Sequence[int]) -> None:
+        """Makes ready for new episodes; see `Player`."""
+        self._policy.begin(seeds)
+
+    def predict(self, observations: Observations, action_masks: Masks = None) -> Actions:
+        """Chooses an action for every environment; see `Player`."""
+        some = next(iter(observations.values())) if isinstance(observations, Mapping) else observations
+        rows: list[npt.NDArray[Any]] = [
+            self._policy.predict(*_only(row, observations, action_masks)) for row in range(len(some))
+        ]
+        actions: Actions = np.concatenate(rows)
         return actions
 
 
@@ -146,6 +165,17 @@ class RandomPlayer:
             weights[~action_masks] = -1.0
         chosen: Actions = weights.argmax(axis=1)
         return chosen
+
+
+def _only(row: int, observations: Observations, masks: Masks) -> tuple[Observations, Masks]:
+    """Returns what there is of one environment."""
+    only = slice(row, row + 1)
+    part = (
+        {key: values[only] for key, values in observations.items()}
+        if isinstance(observations, Mapping)
+        else observations[only]
+    )
+    return part, None if masks is None else masks[only]
 
 
 def _seed_of_draws(seed: int) -> int:

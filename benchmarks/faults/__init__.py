@@ -1,0 +1,1 @@
+"""What the fault tests measured, as a page."""

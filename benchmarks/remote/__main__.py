@@ -1,0 +1,144 @@
+"""Steps environments here and on a server in turn, beside other ways, and writes `benchmarks/REMOTE.md`.
+
+`make bench-remote` calls it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import gymnasium as gym
+import numpy as np
+from benchmarks.remote import page
+from benchmarks.remote.blocks import Pair, drive, timed
+from benchmarks.remote.figures import (
+    ACTION_BYTES,
+    BATCHES,
+    FULL,
+    PEERS,
+    REPLY_BYTES,
+    REQUEST_BYTES,
+    ROW_BYTES,
+    SHORT,
+    Figures,
+    Kind,
+)
+from benchmarks.remote.server import free_port, serving
+from benchmarks.remote.side import Side
+from benchmarks.throughput import machine
+
+import swath
+import swath.remote
+from swath.files import write_whole
+from swath.progress import Progress
+from swath.registration import ENV_ID
+from swath.throughput import Tape, record
+
+ROOT = Path(__file__).resolve().parent.parent
+OUT = Path("out/bench")
+# Steps of a block and of a round, by the number of environments: a block takes some milliseconds.
+ONE = 100
+BLOCK = {1: 100, 64: 40, 1024: 10, 4096: 4}
+ROUND = {1: 1000, 64: 800, 1024: 400, 4096: 120}
+
+
+def main() -> None:
+    """Measures and writes."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.remote", description=__doc__)
+    parser.add_argument("--quick", action="store_true", help="one short round, written to out/bench only")
+    arguments = parser.parse_args()
+    os.environ["OMP_NUM_THREADS"] = "1"
+    figures = measure(rounds=1 if arguments.quick else 5)
+    folder = OUT if arguments.quick else ROOT
+    text = page.text(figures, "make bench-remote QUICK=1" if arguments.quick else "make bench-remote")
+    write_whole(folder / "REMOTE.md", text)
+    print(text)
+    print(f"wrote {os.path.relpath(folder / 'REMOTE.md')}")
+
+
+def measure(rounds: int) -> Figures:
+    """Everything once a round, and before that once for nothing."""
+    OUT.mkdir(parents=True, exist_ok=True)
+    figures = Figures(loads=[machine.load()])
+    tapes = {kind: record(kind.blocks) for kind in (SHORT, FULL)}
+    cases = [(kind, num_envs) for num_envs in BATCHES for kind in (SHORT, FULL)]
+    with ExitStack() as stack:
+        endpoint = stack.enter_context(serving(OUT / "server.log"))
+        sides = {name: stack.enter_context(_peer(name)) for name in PEERS}
+        echoes = {num_envs: stack.enter_context(_echo(num_envs)) for num_envs in BATCHES}
+        sides["echo"] = echoes[1]
+        for name, side in sides.items():
+            figures.versions |= side.versions
+            if side.missing is not None:
+                figures.missing[name] = side.missing
+        versions = {name: version for name, version in figures.versions.items() if name != "Python"}
+        figures.versions = {"Python": figures.versions["Python"], "swath": swath.__version__, **versions}
+        progress = stack.enter_context(Progress("cases", (rounds + 1) * (1 + len(cases)), is_wanted=True))
+        for number in range(rounds + 1):
+            into = figures if number > 0 else Figures()
+            one_environment(into, sides, endpoint, tapes[SHORT], steps=1000 if number > 0 else 100)
+            progress.advance(1)
+            for kind, num_envs in cases:
+                steps = ROUND[num_envs] if number > 0 else BLOCK[num_envs]
+                pair = batch(endpoint, kind, tapes[kind], num_envs, steps)
+                known = into.batches.setdefault((kind, num_envs), Pair())
+                known.local_us += pair.local_us
+                known.remote_us += pair.remote_us
+                progress.advance(1)
+            for num_envs, side in echoes.items():
+                times = into.echoes.setdefault(num_envs, [])
+                blocks = (ROUND[num_envs] if number > 0 else BLOCK[num_envs]) // BLOCK[num_envs]
+                times += [time_us for _ in range(blocks) if (time_us := side.step_us(BLOCK[num_envs])) is not None]
+            figures.missing |= {name: side.missing for name, side in sides.items() if side.missing is not None}
+            figures.loads.append(machine.load())
+    return figures
+
+
+def one_environment(figures: Figures, sides: dict[str, Side], endpoint: str, tape: Tape, steps: int) -> None:
+    """A block of each way in turn: here, on the server, and on the servers of others."""
+    local = gym.make(ENV_ID, **SHORT.blocks).unwrapped
+    remote = swath.remote.make(ENV_ID, connect=endpoint, infos=SHORT.infos, **SHORT.blocks)
+    local.reset(seed=tape.seeds[0])
+    remote.reset(seed=tape.seeds[0])
+    for start in range(0, steps, ONE):
+        actions = list(tape.actions[start : start + ONE, 0])
+        figures.one.local_us.append(timed(local.step, actions))
+        figures.one.remote_us.append(timed(remote.step, actions))
+        for name, side in sides.items():
+            time_us = side.step_us(len(actions))
+            if time_us is not None:
+                figures.others.setdefault(name, []).append(time_us)
+    remote.close()
+
+
+def batch(endpoint: str, kind: Kind, tape: Tape, num_envs: int, steps: int) -> Pair:
+    """The laps of the tape on as many environments here and on the server."""
+    rows = tape.rows(num_envs)
+    seeds = [tape.seeds[row] for row in rows]
+    actions: list[Any] = [np.ascontiguousarray(of_step[rows]) for of_step in tape.actions[:steps]]
+    local: Any = gym.make_vec(ENV_ID, num_envs=num_envs, **kind.blocks)
+    remote: Any = swath.remote.make_vec(ENV_ID, num_envs, connect=endpoint, infos=kind.infos, **kind.blocks)
+    local.reset(seed=seeds)
+    remote.reset(seed=seeds)
+    pair = drive(local.step, remote.step, actions, BLOCK[num_envs])
+    local.close()
+    remote.close()
+    return pair
+
+
+def _peer(name: str) -> Side:
+    return Side(name, [str(free_port())], OUT / f"{name}.log", is_peer=True)
+
+
+def _echo(num_envs: int) -> Side:
+    sizes = [REQUEST_BYTES + ACTION_BYTES * num_envs, REPLY_BYTES + ROW_BYTES * num_envs]
+    arguments = [f"tcp/127.0.0.1:{free_port()}", *map(str, sizes)]
+    return Side("zenoh_echo", arguments, OUT / f"echo-{num_envs}.log", is_peer=False)
+
+
+if __name__ == "__main__":
+    main()

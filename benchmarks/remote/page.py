@@ -1,0 +1,96 @@
+"""The figures as a page."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Iterable, Sequence
+
+from benchmarks.remote.blocks import spread
+from benchmarks.remote.figures import BATCHES, FULL, PEERS, SHORT, Figures
+from benchmarks.throughput import machine
+
+_METHOD = """\
+All processes are on one machine and speak over the loopback; the server is the release build with its defaults.
+Local and remote environments drive the same tape, laps of `snake` on 16 pastures with 160 weeds, block by block
+in turn, and who begins takes turns too; row i of a batch is on pasture i modulo 16.
+A step is a call of `step` in Python, with all that it returns; a figure is the median over blocks, with the quartiles.
+What the wire adds is the median of the differences between a remote block and the local block beside it, divided by the
+number of environments. Local batches step on one thread, and so do those on the server.
+Local batches form their infos in both columns, since they cannot be told not to.
+
+For the peers an environment that simulates nothing returns the same 32 floats, a reward and its flags, so theirs is the
+time of the way alone, while swath's holds its simulation. Each has client and server of its own, in Python, in an
+environment of its own: dm_env_rpc with `DmEnvAdaptor`, OpenEnv with its asynchronous WebSocket client.
+Zenoh alone is a `get` from Python with as many bytes as a step and its reply, answered by Python.
+"""
+
+
+def text(figures: Figures, command: str) -> str:
+    """The whole page."""
+    sections = [
+        ("# Remote environments", _machine(figures, command)),
+        ("## Targets", targets(figures)),
+        ("## One environment", _one(figures)),
+        ("## What the wire adds", _batches(figures)),
+        ("## How it is measured", _METHOD),
+        ("## Not compared", "\n".join(f"- {name}: {reason}" for name, reason in figures.missing.items())),
+    ]
+    return "\n".join(f"{title}\n\n{body.strip()}\n" for title, body in sections if body)
+
+
+def targets(figures: Figures) -> str:
+    """What was promised, what was measured, and whether that is enough."""
+    rows = []
+    for peer, name in PEERS.items():
+        share = figures.share_of(peer)
+        rows.append(_row(f"one remote environment's step, of {name}'s", 0.5, share, ""))
+    for num_envs, most_us in ((1024, 0.5), (4096, 0.3)):
+        what = f"what the wire adds to an environment's step, batch of {num_envs}, {SHORT.name}"
+        rows.append(_row(what, most_us, statistics.median(figures.added_us(SHORT, num_envs)), " us"))
+    return _table(["", "at most", "measured", ""], rows)
+
+
+def _row(what: str, most: float, measured: float | None, unit: str) -> list[str]:
+    if measured is None:
+        return [what, f"{most}{unit}", "-", "not compared"]
+    return [what, f"{most}{unit}", f"{measured:.3f}{unit}", "met" if measured <= most else "**missed**"]
+
+
+def _machine(figures: Figures, command: str) -> str:
+    loads = ", ".join(f"{load:.2f}" for load in figures.loads)
+    rows = machine.describe(command, figures.versions)
+    return _table(["", ""], [*rows, ("load average", f"{loads} (before, and after each round)")])
+
+
+def _one(figures: Figures) -> str:
+    rows = [["swath, local", _cell(figures.one.local_us), ""], ["swath, remote", _cell(figures.one.remote_us), ""]]
+    for other, name in {"echo": "Zenoh alone", **PEERS}.items():
+        share = figures.share_of(other)
+        ratio = "not compared" if share is None else f"{share:.2f}"
+        rows.append([name, _cell(figures.others.get(other, [])), ratio])
+    return _table(["32 floats, no infos", "a step, us", "swath, remote, by this"], rows)
+
+
+def _batches(figures: Figures) -> str:
+    rows = []
+    for num_envs in BATCHES:
+        for kind in (SHORT, FULL):
+            pair = figures.batches[kind, num_envs]
+            first, middle, third = spread(figures.added_us(kind, num_envs))
+            added = f"{middle:.3f} ({first:.3f} to {third:.3f})"
+            echo = _cell(figures.echoes.get(num_envs, [])) if kind is SHORT else ""
+            rows.append([str(num_envs), kind.name, _cell(pair.local_us), _cell(pair.remote_us), added, echo])
+    head = ["environments", "a step tells", "local, us", "remote, us", "added, us per environment", "Zenoh alone, us"]
+    return _table(head, rows)
+
+
+def _cell(times_us: Sequence[float]) -> str:
+    if len(times_us) < 2:
+        return "not measured"
+    first, middle, third = spread(times_us)
+    return f"{middle:.1f} ({first:.1f} to {third:.1f})"
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

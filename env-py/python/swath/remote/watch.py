@@ -1,0 +1,164 @@
+"""What servers do: their own numbers, asked again and again, and what they say of the time between."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from swath import _native
+from swath.errors import RemoteError
+from swath.remote.link import Link
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from swath.stats import SessionStats, Stats
+
+__all__ = ["Reading", "SessionReading", "Watch"]
+
+
+@dataclass(frozen=True)
+class SessionReading:
+    """A session and its pace.
+
+    Attributes:
+        stats: What its server says of it.
+        steps_per_s: Environment steps per second since the reading before; None where there is none.
+    """
+
+    stats: SessionStats
+    steps_per_s: float | None
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A server at one time, and since the reading before; what needs one is None where there is none.
+
+    Attributes:
+        endpoint: Where it was asked.
+        server: Its name.
+        stats: What it says; None where it did not answer.
+        steps_per_s: Environment steps per second.
+        requests_per_s: Answers per second.
+        latency_p50_us: Half of the requests took no longer, microseconds, rounded up to a power of two.
+        latency_p99_us: So did 99 in 100.
+        sessions: Its open sessions.
+    """
+
+    endpoint: str
+    server: str
+    stats: Stats | None = None
+    steps_per_s: float | None = None
+    requests_per_s: float | None = None
+    latency_p50_us: int | None = None
+    latency_p99_us: int | None = None
+    sessions: tuple[SessionReading, ...] = ()
+
+    @classmethod
+    def of(cls, endpoint: str, server: str, stats: Stats | None, before: Stats | None) -> Reading:
+        """Returns what two replies of a server say; those of two starts have nothing to do with each other."""
+        if stats is None:
+            return cls(endpoint, server)
+        if before is None or before["boot_id"] != stats["boot_id"] or before["uptime_ms"] >= stats["uptime_ms"]:
+            return cls(
+                endpoint, server, stats, sessions=tuple(SessionReading(session, None) for session in stats["open"])
+            )
+        seconds = (stats["uptime_ms"] - before["uptime_ms"]) / 1000
+        older = before["latency_us"] + [0] * len(stats["latency_us"])
+        counts = [now - then for now, then in zip(stats["latency_us"], older, strict=False)]
+        steps = {session["lease"]: session["steps"] for session in before["open"]}
+        return cls(
+            endpoint,
+            server,
+            stats,
+            steps_per_s=(stats["steps"] - before["steps"]) / seconds,
+            requests_per_s=(stats["requests"] - before["requests"]) / seconds,
+            latency_p50_us=_percentile(counts, 50),
+            latency_p99_us=_percentile(counts, 99),
+            sessions=tuple(
+                SessionReading(session, (session["steps"] - steps.get(session["lease"], 0)) / seconds)
+                for session in stats["open"]
+            ),
+        )
+
+
+class Watch:
+    """Asks servers for their numbers; it opens no session and changes nothing."""
+
+    def __init__(
+        self,
+        connect: Sequence[str],
+        servers: Sequence[str] = ("default",),
+        *,
+        timeout_s: float = 2.0,
+        zenoh: dict[str, object] | None = None,
+    ) -> None:
+        """Connects to every endpoint, for each of the names.
+
+        Args:
+            connect: Endpoints of servers or routers.
+            servers: Names of servers, each of which is looked for at every endpoint.
+            timeout_s: How long to wait for an answer, seconds.
+            zenoh: As for `swath.remote.make`.
+
+        Raises:
+            ConfigError: If an argument cannot be used.
+            RemoteError: If there is nobody at an endpoint.
+            ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
+        """
+        self._links: list[Link] = []
+        self._before: dict[Link, Stats] = {}
+        try:
+            for endpoint in connect:
+                self._links += [Link(endpoint, server, timeout_s, zenoh) for server in servers]
+        except BaseException:
+            self.close()
+            raise
+
+    def read(self) -> list[Reading]:
+        """Asks all of them at the same time.
+
+        Raises:
+            RemoteError: If one answers with a fault, or in a way that this version does not know.
+        """
+        request = _native.stats_request()
+        asked = [(link, link.ask("stats", request)) for link in self._links]
+        readings = []
+        for link, answers in asked:
+            message = next((message for message in answers if message is not None), None)
+            stats = None if message is None else _native.read_stats(message)
+            readings.append(Reading.of(link.endpoint, link.server, stats, self._before.get(link)))
+            if stats is not None:
+                self._before[link] = stats
+        return readings
+
+    def read_all(self) -> list[Reading]:
+        """Asks all of them, and wants all of them to answer.
+
+        Raises:
+            RemoteError: As `read`, and if one does not answer.
+        """
+        readings = self.read()
+        for reading in readings:
+            if reading.stats is None:
+                text = (
+                    f"no answer from `{reading.server}` at {reading.endpoint}: wrong name, not authorised, or stopped"
+                )
+                raise RemoteError(text)
+        return readings
+
+    def close(self) -> None:
+        """Leaves; closing twice is fine."""
+        links, self._links = self._links, []
+        for link in links:
+            link.close()
+
+
+def _percentile(counts: Sequence[int], percent: int) -> int | None:
+    """Returns the upper end of the power of two within which so many of the requests took, microseconds."""
+    total, below = sum(counts), 0
+    for power, count in enumerate(counts):
+        below += count
+        if total and 100 * below >= percent * total:
+            return 1 << power
+    return None

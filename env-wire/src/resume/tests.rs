@@ -1,0 +1,210 @@
+//! What a session that may be resumed promises, message by message; `tests/rust/tests/exactly_once.rs` has the rest.
+
+use super::*;
+use crate::message::{AutoresetMode, Step};
+
+const RESUME: ResumeOptions =
+    ResumeOptions { hash_every: 2, snapshot_every: 4, max_bytes: 1 << 20 };
+
+fn open() -> Open<'static> {
+    Open {
+        nonce: 1,
+        env_id: "one".to_owned(),
+        config: String::new(),
+        num_envs: 1,
+        autoreset: AutoresetMode::NextStep,
+        hash_every: 0,
+        infos: true,
+        snapshot: None,
+        percept: false,
+        client: String::new(),
+    }
+}
+
+/// A server that adds up actions of one byte.
+struct Adder {
+    boot_id: u128,
+    sum: u8,
+    allows_snapshots: bool,
+    snapshots: usize,
+    replayed: usize,
+}
+
+impl Adder {
+    fn new(boot_id: u128) -> Self {
+        Self { boot_id, sum: 0, allows_snapshots: true, snapshots: 0, replayed: 0 }
+    }
+
+    fn answer(&mut self, message: &[u8]) -> Vec<u8> {
+        let (header, payload) = Header::read(message).unwrap();
+        let Kind::Request(verb) = header.kind else { panic!("a request") };
+        if verb.has_session() && header.boot_id != self.boot_id {
+            return codec::write_fault(&header, &Fault::SessionLost { boot_id: self.boot_id });
+        }
+        let reply = Header { kind: Kind::Reply(verb), ..header };
+        match verb {
+            Verb::Open => {
+                let open: Open = codec::read(payload).unwrap();
+                assert_eq!(open.hash_every, RESUME.hash_every);
+                self.sum = open.snapshot.map_or(0, |snapshot| snapshot[0]);
+                let header = Header { boot_id: self.boot_id, sid: self.boot_id, ..reply };
+                let told = OpenReply {
+                    sid: self.boot_id,
+                    lid: self.boot_id + 1,
+                    observation: Vec::new(),
+                    action: Vec::new(),
+                    info: Vec::new(),
+                    ended: Vec::new(),
+                    outcomes: Vec::new(),
+                    config_hash: [0; 32],
+                    max_reply: 0,
+                    limits: Limits::default(),
+                };
+                codec::write(&header, &told).unwrap()
+            }
+            Verb::Snapshot if !self.allows_snapshots => {
+                let text = "no snapshots".to_owned();
+                codec::write_fault(&header, &Fault::NotAllowed { text })
+            }
+            Verb::Snapshot => {
+                self.snapshots += 1;
+                let told = SnapshotReply { config_hash: [0; 32], data: &[self.sum] };
+                codec::write(&reply, &told).unwrap()
+            }
+            _ => {
+                let step: Step = codec::read(payload).unwrap();
+                self.replayed += 1;
+                self.sum = self.sum.wrapping_add(step.actions[0][0]);
+                codec::write(&reply, &self.sum).unwrap()
+            }
+        }
+    }
+}
+
+fn settle(client: &mut ResumingSession, server: &mut Adder) -> Result<Vec<u8>, ClientError> {
+    loop {
+        match client.poll(0) {
+            ClientOutput::Send { message, .. } => client.on_reply(0, &server.answer(&message)),
+            ClientOutput::Done(result) => return result,
+            output => panic!("{output:?}"),
+        }
+    }
+}
+
+fn opened(server: &mut Adder) -> ResumingSession {
+    let mut client = ResumingSession::new(ClientOptions::default(), Some(RESUME));
+    client.open(0, &open()).unwrap();
+    settle(&mut client, server).unwrap();
+    client
+}
+
+fn add(client: &mut ResumingSession, server: &mut Adder, number: u8) -> Result<u8, ClientError> {
+    client.call(0, Verb::Step, &Step { actions: vec![&[number]] })?;
+    let message = settle(client, server)?;
+    Ok(codec::read(&message[HEADER_BYTES..]).unwrap())
+}
+
+#[test]
+fn a_session_goes_on_at_the_next_server_where_it_was() {
+    let mut server = Adder::new(10);
+    let mut client = opened(&mut server);
+    for number in 1..=6 {
+        add(&mut client, &mut server, number).unwrap();
+    }
+    let lease = client.lid();
+    let mut next = Adder::new(20);
+    assert_eq!(add(&mut client, &mut next, 7), Ok(28));
+    assert_eq!((next.replayed, client.resumed()), (2 + 1, 1), "two since the last snapshot");
+    assert_ne!(client.lid(), lease);
+    assert_eq!(add(&mut client, &mut next, 8), Ok(36));
+}
+
+#[test]
+fn what_is_kept_does_not_grow() {
+    let mut server = Adder::new(10);
+    let mut client = opened(&mut server);
+    let mut most = 0;
+    for _ in 0..1_000 {
+        add(&mut client, &mut server, 1).unwrap();
+        most = most.max(client.kept_bytes());
+    }
+    assert_eq!(server.snapshots, 1 + 1_000 / 4);
+    assert!(most < 2_000, "{most}");
+}
+
+#[test]
+fn a_server_that_goes_another_way_is_found_out() {
+    let mut server = Adder::new(10);
+    let mut client = opened(&mut server);
+    for number in 1..=3 {
+        add(&mut client, &mut server, number).unwrap();
+    }
+    let mut other = Adder::new(20);
+    client.call(0, Verb::Step, &Step { actions: vec![&[4]] }).unwrap();
+    let result = loop {
+        match client.poll(0) {
+            ClientOutput::Send { message, .. } => {
+                // It forgets the second of them.
+                if other.replayed == 2 {
+                    other.sum -= 2;
+                }
+                client.on_reply(0, &other.answer(&message));
+            }
+            ClientOutput::Done(result) => break result,
+            output => panic!("{output:?}"),
+        }
+    };
+    assert_eq!(result, Err(ClientError::Differs { request: 3 }));
+    assert_eq!(add(&mut client, &mut other, 5), Err(ClientError::Differs { request: 3 }));
+}
+
+#[test]
+fn a_server_that_sends_no_snapshots_is_found_out_at_once() {
+    let mut server = Adder { allows_snapshots: false, ..Adder::new(10) };
+    let mut client = ResumingSession::new(ClientOptions::default(), Some(RESUME));
+    client.open(0, &open()).unwrap();
+    let fault = Fault::NotAllowed { text: "no snapshots".to_owned() };
+    assert_eq!(settle(&mut client, &mut server), Err(ClientError::NotResumable(fault)));
+}
+
+#[test]
+fn a_resumption_that_takes_too_long_goes_on_with_a_retry() {
+    let mut server = Adder::new(10);
+    let mut client = opened(&mut server);
+    for number in 1..=3 {
+        add(&mut client, &mut server, number).unwrap();
+    }
+    let mut next = Adder::new(20);
+    client.call(0, Verb::Step, &Step { actions: vec![&[4]] }).unwrap();
+    let deadline_ms = ClientOptions::default().deadline_ms;
+    let mut now_ms = 0;
+    let result = loop {
+        match client.poll(now_ms) {
+            // The next server is gone after the first request of those that are sent again.
+            ClientOutput::Send { message, .. } if next.replayed == 0 => {
+                client.on_reply(now_ms, &next.answer(&message));
+            }
+            ClientOutput::Send { .. } => client.on_nothing(now_ms),
+            ClientOutput::Wait { until_ms } => now_ms = until_ms,
+            ClientOutput::Done(result) => break result,
+            ClientOutput::Idle => panic!("there is a call"),
+        }
+    };
+    assert!(matches!(result, Err(ClientError::Timeout { .. })), "{result:?}");
+    assert_eq!(now_ms, deadline_ms, "with all that had to be done");
+    assert!(client.is_in_doubt());
+    let step = client.call(now_ms, Verb::Step, &Step { actions: vec![&[9]] });
+    assert_eq!(step, Err(ClientError::InDoubt));
+    client.retry(now_ms).unwrap();
+    let mut third = Adder::new(30);
+    let message = loop {
+        match client.poll(now_ms) {
+            ClientOutput::Send { message, .. } => {
+                client.on_reply(now_ms, &third.answer(&message));
+            }
+            ClientOutput::Done(result) => break result.unwrap(),
+            output => panic!("{output:?}"),
+        }
+    };
+    assert_eq!(codec::read::<u8>(&message[HEADER_BYTES..]), Ok(10));
+}

@@ -1,0 +1,106 @@
+"""Makes an authority and what it signs: a certificate and a key for the router, the server and each client.
+
+    python make_certificates.py --host 10.77.1.1 --host 10.77.2.1 router field robot laptop
+
+Uses the program openssl. Meant for trying: whoever has the folder has every key, the authority's too.
+A folder that has an authority keeps it, so that a name can be added later.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ipaddress
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+
+def main() -> int:
+    """Writes the files and returns the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="+", metavar="NAME", help="common names; a file is called by its name")
+    parser.add_argument("--host", action="append", default=[], help="address or name of a machine that listens")
+    parser.add_argument("--days", type=int, default=30, help="how long they are valid")
+    parser.add_argument("--out", type=Path, default=Path("certificates"), metavar="DIR")
+    arguments = parser.parse_args()
+    problem = problem_of(arguments)
+    if problem:
+        print(f"make_certificates: {problem}", file=sys.stderr)
+        return 2
+    arguments.out.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if not (arguments.out / "ca.pem").exists():
+        make_authority(arguments.out, arguments.days)
+    hosts = dict.fromkeys(["127.0.0.1", "localhost", *arguments.host])
+    for name in arguments.names:
+        make_certificate(arguments.out, name, list(hosts), arguments.days)
+    print(f"wrote {arguments.out / 'ca.pem'} and the certificates of {', '.join(arguments.names)}")
+    return 0
+
+
+def problem_of(arguments: argparse.Namespace) -> str | None:
+    """Returns why the arguments cannot be used."""
+    if shutil.which("openssl") is None:
+        return "needs the program openssl, which comes with every Linux distribution and macOS"
+    for name in arguments.names:
+        if not re.fullmatch(r"[A-Za-z0-9_-]{1,64}", name) or name == "ca":
+            return f"`NAME` must be 1 to 64 letters, digits, dashes and underscores, and not ca, got {name!r}"
+    for host in arguments.host:
+        if not re.fullmatch(r"[A-Za-z0-9.:-]{1,253}", host):
+            return f"`--host` must be an address or the name of a machine, got {host!r}"
+    if not 1 <= arguments.days <= 3650:
+        return f"`--days` must be from 1 to 3650, got {arguments.days}"
+    return None
+
+
+def make_authority(folder: Path, days: int) -> None:
+    """Writes ca.pem and ca.key.pem."""
+    make_key(folder / "ca.key.pem")
+    command = ["req", "-x509", "-new", "-key", folder / "ca.key.pem", "-days", days, "-subj", "/CN=swath authority"]
+    usage = ["-addext", "basicConstraints=critical,CA:TRUE", "-addext", "keyUsage=critical,keyCertSign,cRLSign"]
+    openssl(*command, *usage, "-out", folder / "ca.pem")
+
+
+def make_certificate(folder: Path, name: str, hosts: list[str], days: int) -> None:
+    """Writes NAME.pem and NAME.key.pem; the certificate is good for both ends of a connection."""
+    make_key(folder / f"{name}.key.pem")
+    extensions = [
+        "basicConstraints=critical,CA:FALSE",
+        "keyUsage=critical,digitalSignature",
+        "extendedKeyUsage=serverAuth,clientAuth",
+        "subjectAltName=" + ",".join(f"{'IP' if is_address(host) else 'DNS'}:{host}" for host in hosts),
+    ]
+    with tempfile.TemporaryDirectory() as scratch:
+        wish, file = Path(scratch) / "wish.pem", Path(scratch) / "extensions"
+        file.write_text("\n".join(extensions) + "\n")
+        openssl("req", "-new", "-key", folder / f"{name}.key.pem", "-subj", f"/CN={name}", "-out", wish)
+        signer = ["-CA", folder / "ca.pem", "-CAkey", folder / "ca.key.pem", "-CAcreateserial"]
+        openssl("x509", "-req", "-in", wish, *signer, "-days", days, "-extfile", file, "-out", folder / f"{name}.pem")
+
+
+def make_key(file: Path) -> None:
+    """Writes a private key that only its owner may read."""
+    file.touch(mode=0o600)
+    openssl("genpkey", "-algorithm", "EC", "-pkeyopt", "ec_paramgen_curve:P-256", "-out", file)
+
+
+def is_address(host: str) -> bool:
+    """Whether a host is given by its address."""
+    try:
+        ipaddress.ip_address(host)
+    except ValueError:
+        return False
+    return True
+
+
+def openssl(*arguments: object) -> None:
+    """Runs openssl, and ends with what it says if it fails."""
+    run = subprocess.run(["openssl", *map(str, arguments)], capture_output=True, text=True, check=False)
+    if run.returncode:
+        sys.exit(f"make_certificates: openssl {arguments[0]} failed: {' '.join(run.stderr.split())}")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

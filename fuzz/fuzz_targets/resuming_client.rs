@@ -1,0 +1,7 @@
+//! Any messages to a client whose session is resumed.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|data: &[u8]| swath_fuzz::client::feed(data, true));
