@@ -1,10 +1,10 @@
 //! Making a plan shorter by many small changes.
 
 use std::f32::consts::TAU;
-use std::time::Instant;
 
 use swath_core::rng::{StreamRng, below, bits, uniform};
 
+use super::deadline::Deadline;
 use super::plan::{Node, Plan};
 use super::spot::{Spot, cos_sin, single};
 use super::ways::Ways;
@@ -28,7 +28,7 @@ pub(super) fn anneal(
     plan: &mut Plan,
     reach_m: f32,
     rounds: usize,
-    until: Option<Instant>,
+    until: Option<Deadline>,
     rng: &mut StreamRng,
 ) {
     if plan.nodes.iter().all(|node| node.weed.is_none()) {
@@ -38,8 +38,7 @@ pub(super) fn anneal(
     let cooling = (COLD_M / HOT_M).powf(1.0 / rounds as f32);
     let mut heat_m = HOT_M;
     for round in 0..rounds {
-        let is_asked = round % ROUNDS_A_CLOCK == 0;
-        if is_asked && until.is_some_and(|until| Instant::now() >= until) {
+        if round.is_multiple_of(ROUNDS_A_CLOCK) && until.is_some_and(Deadline::is_over) {
             break;
         }
         search.change(heat_m, rng);

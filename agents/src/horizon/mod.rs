@@ -1,6 +1,7 @@
 //! `horizon`: one plan over all that is known, made anew as the mower learns more.
 
 mod anneal;
+mod deadline;
 mod open;
 mod plan;
 mod spot;
@@ -9,7 +10,6 @@ mod ways;
 
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex};
-use std::time::{Duration, Instant};
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -22,6 +22,7 @@ use swath_core::view::View;
 
 use crate::agent::{Agent, Decision, PIECE_M};
 use crate::route::{ARRIVED_M, Route};
+use deadline::Deadline;
 use open::OpenGround;
 use plan::{Node, Plan};
 use spot::{Spot, single};
@@ -78,7 +79,7 @@ impl HorizonOptions {
             let expected = format!("from 1 to {MOST_ITERATIONS}");
             return Err(ConfigError::value("horizon.iterations", expected, iterations));
         }
-        if !(time_ms >= 0.0) {
+        if time_ms.is_nan() || time_ms < 0.0 {
             return Err(ConfigError::value("horizon.time_ms", "at least 0", time_ms));
         }
         if !(0.0..1000.0).contains(&bar_margin_m) {
@@ -205,10 +206,7 @@ impl State {
 
     fn replan(&mut self, view: &View, options: &HorizonOptions, rng: &mut StreamRng) {
         let site = view.site;
-        let until = options
-            .time_ms
-            .is_finite()
-            .then(|| Instant::now() + Duration::from_secs_f64(1e-3 * options.time_ms));
+        let until = Deadline::within(options.time_ms);
         let passed =
             self.passes_m.iter().take_while(|&&pass_m| pass_m <= view.path_m + ARRIVED_M).count();
         self.plan.nodes.drain(..passed);
