@@ -39,6 +39,10 @@ const ALL_LOOKS_EVERY: u32 = 8;
 const MOST_ITERATIONS: usize = 100_000_000;
 /// So near to where the mower looks it has looked, metres.
 const LOOKED_M: f32 = 1e-4;
+/// How many times fewer changes are tried of places to look from.
+const MENDING: usize = 40;
+/// How many times as many changes are tried for each of the first plans.
+const SWEEP: usize = 3;
 /// How many more changes are tried for each weed that is planned.
 const PER_WEED: usize = 150;
 /// Another plan is taken if it is so much shorter, metres: a mower that often changes its mind drives to and fro.
@@ -120,19 +124,22 @@ impl Horizon {
         Self { options, rng: rng::agent_rng(0), state: None }
     }
 
-    fn begin(view: &View) -> State {
+    fn begin(view: &View, iterations: usize) -> State {
         let site = view.site;
         let start = Spot::from(view.pose);
         let mut ground = OpenGround::new(site);
         let mut plan = Plan::new(start, Ways::new(site));
         let size_m = (single(site.length_m), single(site.width_m));
         // The same for every episode that begins there.
-        let key = format!("{site:?} {:?}", view.pose);
+        let key = format!("{site:?} {:?} {iterations}", view.pose);
         let known = SWEEPS.lock().expect("nobody panics with it").get(&key).cloned();
         let spots = known.unwrap_or_else(|| {
             let mut rng = rng::agent_rng(1);
-            Views { plan: &mut plan, ground: &mut ground, size_m }
-                .sweep(single(site.sensor_width_m), &mut rng);
+            Views { plan: &mut plan, ground: &mut ground, size_m }.sweep(
+                single(site.sensor_width_m),
+                SWEEP * iterations,
+                &mut rng,
+            );
             let spots: Vec<Spot> = plan.nodes.iter().map(|node| node.spot).collect();
             SWEEPS.lock().expect("nobody panics with it").insert(key, spots.clone());
             spots
@@ -242,7 +249,7 @@ impl State {
             if self.plans.is_multiple_of(ALL_LOOKS_EVERY) { usize::MAX } else { NEXT_LOOKS };
         let finish = |plan: &mut Plan, ground: &mut OpenGround, rng: &mut StreamRng| {
             if !is_settled {
-                Views { plan, ground, size_m }.mend(looks, rng);
+                Views { plan, ground, size_m }.mend(looks, options.iterations / MENDING, rng);
             }
         };
         let mut kept = self.plan.clone();
@@ -286,7 +293,7 @@ impl State {
 impl Agent for Horizon {
     fn reset(&mut self, view: &View) {
         self.rng = rng::agent_rng(0);
-        self.state = Some(Self::begin(view));
+        self.state = Some(Self::begin(view, self.options.iterations));
     }
 
     fn act(&mut self, view: &View) -> Decision {

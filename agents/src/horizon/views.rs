@@ -22,15 +22,11 @@ const DISTANCES: [f32; 3] = [0.45, 0.7, 0.95];
 const OUTSIDE_M: f32 = 6.0;
 /// Share of changes that move a place to look from.
 const MOVES: f64 = 0.9;
-/// Changes that are tried for each of the first plans, and how much longer it may become at the beginning, metres; the same for the
-/// best of them; and at the end.
-const FIRST: (usize, f32) = (16_000, 4.0);
-const SECOND: (usize, f32) = (16_000, 0.4);
+/// How much longer each of the first plans may become at the beginning, and the best of them then, metres.
+const FIRST_M: f32 = 4.0;
+const SECOND_M: f32 = 0.4;
 const COLD_M: f32 = 0.02;
-/// While the mower drives: how often it is tried to show what is missed by a change, how many changes are tried besides, and what a
-/// cell costs then that is not shown, metres.
-const MENDING: usize = 150;
-const CHANGES: usize = 60;
+/// What an open cell costs that is not shown while the mower drives, metres.
 const DEAR_M: f32 = 10.0;
 /// What an open cell costs at first that is not shown, metres.
 const PRICE_M: f32 = 0.4;
@@ -44,8 +40,8 @@ pub(super) struct Views<'a> {
 
 impl Views<'_> {
     /// The shortest way found to look at the whole pasture: sweeps in bands, as many as there is hardly room for and one more,
-    /// annealed.
-    pub(super) fn sweep(&mut self, sensor_width_m: f32, rng: &mut StreamRng) {
+    /// annealed with so many changes each.
+    pub(super) fn sweep(&mut self, sensor_width_m: f32, tries: usize, rng: &mut StreamRng) {
         let fitting = math::floor_index((self.size_m.1 / sensor_width_m).into()).max(1);
         let mut best: Option<Plan> = None;
         for bands in [fitting, fitting, fitting, fitting + 1] {
@@ -54,20 +50,20 @@ impl Views<'_> {
             self.begin_sweep(bands);
             self.look_along();
             self.complete(usize::MAX, rng);
-            self.cool(FIRST, rng);
+            self.cool(tries, FIRST_M, rng);
             if best.as_ref().is_none_or(|best| self.plan.length_m() < best.length_m()) {
                 best = Some(self.plan.clone());
             }
         }
         *self.plan = best.expect("there are sweeps");
         self.look_along();
-        self.cool(SECOND, rng);
+        self.cool(tries, SECOND_M, rng);
     }
 
-    /// Makes the plan show everything again, with as little as is needed.
-    pub(super) fn mend(&mut self, next: usize, rng: &mut StreamRng) {
+    /// Makes the plan show everything again, with as little as is needed, and with so many changes.
+    pub(super) fn mend(&mut self, next: usize, tries: usize, rng: &mut StreamRng) {
         self.look_along();
-        for _ in 0..MENDING {
+        for _ in 0..tries {
             if self.ground.missed() == 0 {
                 break;
             }
@@ -75,7 +71,7 @@ impl Views<'_> {
         }
         self.complete(ADDED, rng);
         self.drop_looks(next);
-        for _ in 0..CHANGES {
+        for _ in 0..tries / 2 {
             self.try_change(next.saturating_mul(2), COLD_M, DEAR_M, rng);
         }
     }
@@ -99,7 +95,7 @@ impl Views<'_> {
     }
 
     /// Tries changes, of which fewer and fewer are accepted that make the plan worse.
-    fn cool(&mut self, (tries, hot_m): (usize, f32), rng: &mut StreamRng) {
+    fn cool(&mut self, tries: usize, hot_m: f32, rng: &mut StreamRng) {
         let cooling = (COLD_M / hot_m).powf(1.0 / tries as f32);
         let mut heat_m = hot_m;
         for tried in 0..tries {

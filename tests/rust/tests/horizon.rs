@@ -39,7 +39,10 @@ fn every_weed_is_mowed_and_all_ground_seen_whatever_the_mower_and_its_sensor() {
     ] {
         let scenario = scenario(pasture, overlay);
         for seed in 0..2 {
-            assert_whole(&run("horizon", &scenario, seed), &format!("{pasture}, {overlay}, {seed}"));
+            assert_whole(
+                &run("horizon", &scenario, seed),
+                &format!("{pasture}, {overlay}, {seed}"),
+            );
         }
     }
 }
