@@ -10,7 +10,7 @@ use super::spot::{Spot, cos_sin, single};
 use super::ways::Ways;
 
 /// Changes that make a plan longer by about this much are accepted at the beginning and at the end, metres.
-const HOT_M: f32 = 0.3;
+const HOT_M: f32 = 1.0;
 const COLD_M: f32 = 0.02;
 /// So many changes are tried between two looks at the clock.
 const ROUNDS_A_CLOCK: usize = 64;

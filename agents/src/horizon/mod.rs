@@ -44,7 +44,7 @@ const MENDING: usize = 40;
 /// How many times as many changes are tried for each of the first plans.
 const SWEEP: usize = 3;
 /// How many more changes are tried for each weed that is planned.
-const PER_WEED: usize = 150;
+const PER_WEED: usize = 500;
 /// Another plan is taken if it is so much shorter, metres: a mower that often changes its mind drives to and fro.
 const WORTH_M: f32 = 1.0;
 /// A plan is long when the mower has driven so many boustrophedon paths.
