@@ -160,13 +160,14 @@ test-slow: ## every test, the slow ones too
 .PHONY: test-faults
 test-faults: export LONG := 1
 test-faults: export PROPTEST_CASES := 2000
-test-faults: build-release server ## kills, stops, bad networks and bad messages at full size: benchmarks/FAULTS.md; takes a quarter of an hour
+test-faults: build-release server ## all that servers promise, at full size, kills and bad networks too: benchmarks/FAULTS.md; takes half an hour
 	$(call need,$(VENV),test)
 	@mkdir -p out/faults
 	cargo test --locked -p swath-tests --test exactly_once --test wire_garbage -- --nocapture --test-threads 1 \
 	  2>&1 | tee out/faults/machines.txt
 	cargo test --locked -p swath-server --test over_zenoh -- --nocapture --test-threads 1 2>&1 | tee out/faults/zenoh.txt
-	OMP_NUM_THREADS=1 python -m pytest tests/python/test_remote_faults.py
+	OMP_NUM_THREADS=1 python -m pytest $(addprefix tests/python/test_,$(addsuffix .py,remote remote_bits remote_faults two_machines worker))
+	@$(MAKE) --no-print-directory test-ray
 	@python -m benchmarks.faults out/faults/machines.txt out/faults/zenoh.txt
 
 .PHONY: test-gymnasium-oldest

@@ -11,7 +11,6 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 from benchmarks.remote import page
 from benchmarks.remote.blocks import Pair, drive, timed
@@ -27,6 +26,7 @@ from benchmarks.remote.figures import (
     Figures,
     Kind,
 )
+from benchmarks.remote.local import LocalEnv, LocalVecEnv
 from benchmarks.remote.server import free_port, serving
 from benchmarks.remote.side import Side
 from benchmarks.throughput import machine
@@ -100,7 +100,7 @@ def measure(rounds: int) -> Figures:
 
 def one_environment(figures: Figures, sides: dict[str, Side], endpoint: str, tape: Tape, steps: int) -> None:
     """A block of each way in turn: here, on the server, and on the servers of others."""
-    local = gym.make(ENV_ID, **SHORT.blocks).unwrapped
+    local = LocalEnv(SHORT)
     remote = swath.remote.make(ENV_ID, connect=endpoint, infos=SHORT.infos, **SHORT.blocks)
     local.reset(seed=tape.seeds[0])
     remote.reset(seed=tape.seeds[0])
@@ -120,7 +120,7 @@ def batch(endpoint: str, kind: Kind, tape: Tape, num_envs: int, steps: int) -> P
     rows = tape.rows(num_envs)
     seeds = [tape.seeds[row] for row in rows]
     actions: list[Any] = [np.ascontiguousarray(of_step[rows]) for of_step in tape.actions[:steps]]
-    local: Any = gym.make_vec(ENV_ID, num_envs=num_envs, **kind.blocks)
+    local: Any = LocalVecEnv(num_envs, kind)
     remote: Any = swath.remote.make_vec(ENV_ID, num_envs, connect=endpoint, infos=kind.infos, **kind.blocks)
     local.reset(seed=seeds)
     remote.reset(seed=seeds)

@@ -23,7 +23,7 @@ class Kind:
     Attributes:
         name: How it is called.
         blocks: Blocks of the scenario.
-        infos: Whether the servers send infos.
+        infos: Whether infos are among it, on servers and here.
     """
 
     name: str
@@ -40,7 +40,7 @@ class Figures:
     """What was measured.
 
     Attributes:
-        one: One environment, local and remote, through `gym.make` and `swath.remote.make`; a pair of times a block.
+        one: One environment, here and behind `swath.remote.make`; a pair of times a block.
         batches: The same of batches.
         others: Times of a step, block by block, in the order of `one`: each peer, and `echo` for Zenoh alone.
         echoes: Zenoh alone with as many bytes as batches of each size have, microseconds.

@@ -16,7 +16,7 @@ in turn, and who begins takes turns too; row i of a batch is on pasture i modulo
 A step is a call of `step` in Python, with all that it returns; a figure is the median over blocks, with the quartiles.
 What the wire adds is the median of the differences between a remote block and the local block beside it, divided by the
 number of environments. Local batches step on one thread, and so do those on the server.
-Local batches form their infos in both columns, since they cannot be told not to.
+Local environments have the same Python around them as remote ones, and form no infos where those send none.
 
 For the peers an environment that simulates nothing returns the same 32 floats, a reward and its flags, so theirs is the
 time of the way alone, while swath's holds its simulation. Each has client and server of its own, in Python, in an

@@ -39,19 +39,21 @@ pub(crate) struct Batch {
 #[pymethods]
 impl Batch {
     #[new]
-    #[pyo3(signature = (scenario, num_envs, autoreset_mode, num_threads, *, copy))]
+    #[pyo3(signature = (scenario, num_envs, autoreset_mode, num_threads, *, copy, infos=true))]
     fn new(
         scenario: Bound<Scenario>,
         num_envs: usize,
         autoreset_mode: &str,
         num_threads: usize,
         copy: bool,
+        // Whether every step tells its infos, or only those of episodes that end, and what may be chosen.
+        infos: bool,
     ) -> Result<Self, Error> {
         let autoreset = autoreset_from(autoreset_mode)?;
         let options = BatchOptions { rows: num_envs, autoreset, threads: num_threads };
         let core = BatchEnv::new(&scenario.get().scenario, options)?;
         let choices = core.mask_width();
-        let face = Face::new(core.observation_spec(), num_envs, autoreset, choices, copy, true);
+        let face = Face::new(core.observation_spec(), num_envs, autoreset, choices, copy, infos);
         Ok(Self {
             core,
             scenario: scenario.unbind(),
@@ -199,6 +201,7 @@ impl Batch {
         };
         let keywords = PyDict::new(py);
         keywords.set_item("copy", self.face.is_copied())?;
+        keywords.set_item("infos", self.face.has_infos())?;
         Ok(((self.scenario(py), rows, autoreset, threads), keywords))
     }
 

@@ -98,6 +98,11 @@ impl Face {
         self.is_copied
     }
 
+    /// Whether every step tells its infos.
+    pub(crate) fn has_infos(&self) -> bool {
+        self.has_infos
+    }
+
     /// Sum of the rewards and number of the steps of each row's present episode.
     pub(crate) fn sums(&self) -> (Vec<f64>, Vec<u64>) {
         (self.returns.clone(), self.lengths.clone())

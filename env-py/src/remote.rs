@@ -43,7 +43,7 @@ use crate::scenario::Scenario;
 use crate::seed::{Seed, seeds_of_rows};
 use crate::spec::{self, ActionForm, PartTuple};
 use crate::summary::write_numbers;
-use crate::weeds::weeds_of_rows;
+use crate::weeds::{field_of, weeds_of_rows};
 use part::{Part, replies, settled};
 use perception::Perception;
 
@@ -265,6 +265,12 @@ impl RemoteBatch {
         self.parts.iter().map(|part| part.session.resumed()).sum()
     }
 
+    /// Why a session, which goes on, can no longer be resumed; none if each can.
+    #[getter]
+    fn gap(&self) -> Option<String> {
+        self.parts.iter().find_map(|part| part.session.gap()).map(ToString::to_string)
+    }
+
     /// Asks every server what it is.
     fn begin_spec(&mut self, now_ms: u64) -> Result<(), Error> {
         for part in &mut self.parts {
@@ -341,10 +347,16 @@ impl RemoteBatch {
         let has_begun = |row: usize| self.states[row] != State::Unstarted;
         let seeds = seeds_of_rows(seeds, &mask, first_seed, has_begun)?;
         let bytes = |points: Vec<Point>| bytes_of(points.iter().flat_map(|at| [at.x, at.y]));
-        let weeds: Vec<Option<Vec<u8>>> = weeds_of_rows(weeds, self.template.rows()[0].site())?
-            .into_iter()
-            .map(|points| points.map(bytes))
-            .collect();
+        let weeds = weeds_of_rows(weeds, self.template.rows()[0].site())?;
+        // Refused here, so that no server has begun an episode when another refuses.
+        if let Some(perception) = &self.perception {
+            for (row, points) in weeds.iter().enumerate() {
+                let count = points.as_ref().map_or(0, Vec::len);
+                perception.check_weeds(&field_of(row, weeds.len()), count)?;
+            }
+        }
+        let weeds: Vec<Option<Vec<u8>>> =
+            weeds.into_iter().map(|points| points.map(bytes)).collect();
         let is_in_doubt = settled(&self.parts).is_err();
         for part in &mut self.parts {
             let rows = part.first..part.first + part.rows;
@@ -479,9 +491,14 @@ impl RemoteBatch {
             None => split(snapshot, self.rows)?,
         };
         let mut ended = Vec::with_capacity(rows.len());
-        for row in &rows {
-            self.template.restore_row(0, row)?;
-            ended.push(self.template.rows()[0].end());
+        for (place, snapshot) in rows.iter().enumerate() {
+            self.template.restore_row(0, snapshot)?;
+            let env = &self.template.rows()[0];
+            if let Some(perception) = &self.perception {
+                let field = format!("snapshot[{}]", row.unwrap_or(place));
+                perception.check_weeds(&field, env.weeds().positions().len())?;
+            }
+            ended.push(env.end());
         }
         let state = |end| match end {
             None => State::Unstarted,

@@ -49,10 +49,15 @@ pub(crate) fn weeds_of_rows(
     weeds: Vec<Option<Bound<PyAny>>>,
     site: &Site,
 ) -> Result<Vec<Option<Vec<Point>>>, Error> {
-    let is_for_all = weeds.len() == 1;
+    let tables = weeds.len();
     let read = |(row, given): (usize, Option<Bound<PyAny>>)| {
-        let field = if is_for_all { "weeds".to_owned() } else { format!("weeds[{row}]") };
+        let field = field_of(row, tables);
         given.map(|given| points_from(&given, &field, site)).transpose()
     };
     weeds.into_iter().enumerate().map(read).collect()
+}
+
+/// What the caller knows one of so many tables by: a single one is for all rows.
+pub(crate) fn field_of(row: usize, tables: usize) -> String {
+    if tables == 1 { "weeds".to_owned() } else { format!("weeds[{row}]") }
 }

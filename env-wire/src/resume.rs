@@ -303,6 +303,12 @@ impl ResumingSession {
         self.resumed
     }
 
+    /// Why the session, which goes on, can no longer be resumed: a snapshot was refused.
+    #[must_use]
+    pub fn gap(&self) -> Option<&Fault> {
+        self.memory.as_ref()?.gap.as_ref()
+    }
+
     /// How many bytes are kept for a resumption: of the snapshot, and of the requests since.
     #[must_use]
     pub fn kept_bytes(&self) -> usize {
@@ -435,7 +441,9 @@ impl ResumingSession {
 
     fn keep(&mut self, place: usize, reply: Option<&Vec<u8>>) {
         let wish = self.wishes[place].clone();
-        if let Some(memory) = self.memory.as_mut().filter(|_| wish.verb.is_numbered()) {
+        // Without a snapshot there is nothing that the requests since could follow.
+        let can_resume = |memory: &&mut Memory| memory.gap.is_none() && wish.verb.is_numbered();
+        if let Some(memory) = self.memory.as_mut().filter(can_resume) {
             memory.bytes += wish.payload.len() + size_of::<Entry>();
             memory.journal.push(Entry { wish, reply: reply.map(|reply| digest(reply)) });
         }
@@ -481,7 +489,8 @@ impl ResumingSession {
             Err(ClientError::Fault(fault)) => {
                 // Without a snapshot the journal would grow for ever.
                 let memory = self.memory.as_mut()?;
-                (memory.journal, memory.bytes, memory.gap) = (Vec::new(), 0, Some(fault));
+                (memory.base, memory.journal, memory.bytes) = (None, Vec::new(), 0);
+                memory.gap = Some(fault);
             }
             Ok(message) => {
                 let data = Header::read(&message).ok().and_then(|(_, payload)| {

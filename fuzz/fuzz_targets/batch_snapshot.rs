@@ -4,4 +4,6 @@
 
 use libfuzzer_sys::fuzz_target;
 
-fuzz_target!(|data: &[u8]| swath_fuzz::snapshot::feed_batch(data));
+fuzz_target!(|data: &[u8]| {
+    swath_fuzz::snapshot::feed_batch(data);
+});

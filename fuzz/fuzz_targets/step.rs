@@ -5,4 +5,6 @@
 use libfuzzer_sys::fuzz_target;
 use swath_wire::message::Step;
 
-fuzz_target!(|data: &[u8]| swath_fuzz::feed_payload!(Step, data));
+fuzz_target!(|data: &[u8]| {
+    swath_fuzz::feed_payload!(Step, data);
+});

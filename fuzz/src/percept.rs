@@ -11,18 +11,23 @@ use crate::header::ANY;
 use crate::records::{Records, record};
 use crate::{golden, snapshot};
 
-/// Applies percepts one after the other, and looks at what the mirrors show.
+/// Applies percepts one after the other, and looks at what the mirrors show. Returns whether each could be read and followed
+/// from those before.
 ///
 /// # Panics
 ///
 /// If a mirror that took one in shows what no mower can know.
-pub fn feed(data: &[u8]) {
+pub fn feed(data: &[u8]) -> bool {
+    let mut is_read = true;
     let mut mirrors = vec![Mirror::new(snapshot::site()); snapshot::ROWS];
     for (_, bytes) in Records(data) {
-        let Ok(percept) = codec::read::<Percept>(bytes) else { continue };
+        let Ok(percept) = codec::read::<Percept>(bytes) else {
+            is_read = false;
+            continue;
+        };
         if read_percept(Some(&percept), &mut mirrors).is_err() {
             // It shows nothing of use until it is told the whole anew.
-            return;
+            return false;
         }
         for mirror in &mirrors {
             let view = mirror.view();
@@ -30,6 +35,7 @@ pub fn feed(data: &[u8]) {
             assert!(view.known_weeds.len() <= view.weeds_detected as usize);
         }
     }
+    is_read
 }
 
 /// The percepts of a reset and of two steps.

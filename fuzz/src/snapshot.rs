@@ -42,19 +42,23 @@ fn begun() -> BatchEnv {
 const DRIVE: Command = Command { curvature_per_m: 0.1, distance_m: 5.5 };
 
 /// Restores these bytes, and the same with the checksum that they should have: it would keep everything else out.
+/// Returns whether one of them was restored.
 ///
 /// # Panics
 ///
 /// If what is refused changes the environment, or what is accepted cannot be written and restored again.
-pub fn feed_env(data: &[u8]) {
+pub fn feed_env(data: &[u8]) -> bool {
+    let mut is_restored = false;
     for bytes in [data.to_vec(), summed(data)] {
         let mut env = DRIVEN.clone();
         if env.restore(&bytes).is_ok() {
             go_on(&mut env);
+            is_restored = true;
         } else {
             assert_eq!(env.snapshot(), DRIVEN.snapshot(), "a refusal changes nothing");
         }
     }
+    is_restored
 }
 
 /// The same for a batch.
@@ -62,7 +66,8 @@ pub fn feed_env(data: &[u8]) {
 /// # Panics
 ///
 /// As [`feed_env`].
-pub fn feed_batch(data: &[u8]) {
+pub fn feed_batch(data: &[u8]) -> bool {
+    let mut is_restored = false;
     let with_sums = split(data, ROWS)
         .map(|rows| joined(&rows.iter().map(|row| summed(row)).collect::<Vec<_>>()));
     for bytes in [Some(data.to_vec()), with_sums.ok()].into_iter().flatten() {
@@ -74,10 +79,12 @@ pub fn feed_batch(data: &[u8]) {
             for env in batch.rows() {
                 go_on(&mut env.clone());
             }
+            is_restored = true;
         } else {
             assert_eq!(batch.snapshot(), before, "a refusal changes nothing");
         }
     }
+    is_restored
 }
 
 fn go_on(env: &mut Env) {

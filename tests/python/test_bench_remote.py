@@ -1,10 +1,19 @@
 """What `make bench-remote` says is what was measured, and what was not is said too."""
 
+import pickle
+
+import gymnasium as gym
+import numpy as np
 import pytest
 from benchmarks.remote.blocks import Pair, drive
 from benchmarks.remote.figures import BATCHES, FULL, SHORT, Figures
+from benchmarks.remote.local import LocalEnv, LocalVecEnv
 from benchmarks.remote.page import targets
 from benchmarks.remote.page import text as page
+from remote_server import Server, needs_server, same
+
+import swath
+from swath.registration import ENV_ID
 
 
 def figures():
@@ -44,3 +53,26 @@ def test_both_sides_drive_the_same_tape_and_take_turns_in_beginning():
     ]
     assert len(pair.local_us) == len(pair.remote_us) == 2
     assert pair.differences() == pytest.approx([pair.remote_us[i] - pair.local_us[i] for i in range(2)])
+
+
+@needs_server
+@pytest.mark.parametrize("kind", [SHORT, FULL], ids=["short", "full"])
+def test_a_pair_tells_the_same_here_and_on_a_server_to_the_last_info(kind):
+    server = Server()
+    far = swath.remote.make_vec(ENV_ID, 3, connect=server.endpoint, infos=kind.infos, **kind.blocks)
+    alone = swath.remote.make(ENV_ID, connect=server.endpoint, infos=kind.infos, **kind.blocks)
+    here = [LocalVecEnv(3, kind), LocalEnv(kind)]
+    usual = gym.make_vec(ENV_ID, num_envs=3, **kind.blocks)
+    for env in (far, alone, usual, *here):
+        env.reset(seed=4)
+    action = np.full((3, 1), 0.1, np.float32)
+    told = far.step(action)
+    assert same(told, here[0].step(action))
+    assert same(alone.step(action[0]), here[1].step(action[0]))
+    assert same(told[:4], usual.step(action)[:4])
+    assert bool(told[4]) == kind.infos
+    twin = pickle.loads(pickle.dumps(here[0]._batch))
+    assert same(twin.step(action), here[0].step(action))
+    for env in (far, alone):
+        env.close()
+    server.end()

@@ -15,7 +15,9 @@ import pytest
 
 import swath
 from swath import _native
+from swath.evaluation.journal import Journal
 from swath.evaluation.statistics import spread
+from swath.evaluation.study import Study
 
 COLUMNS = [
     "scenario",
@@ -253,6 +255,22 @@ def test_a_torn_last_line_is_dropped_and_its_episode_runs_again(tmp_path, torn):
     assert csv_of(tmp_path / "out") == text
     assert journal.read_bytes().startswith(b"".join(lines[:-1]))
     assert len(journal.read_bytes().splitlines()) == 5
+
+
+def test_rows_that_another_run_writes_between_reading_and_entering_are_kept(tmp_path, undisturbed):
+    study = Study.plan("jump,snake", scenario="table1", instances=120, seed=0, only="density")
+    rows = list(Journal(undisturbed, study).rows.values())
+    early = Journal(tmp_path / "out", study)
+    assert early.rows == {}
+    with Journal(tmp_path / "out", study) as other:
+        for row in rows[:2]:
+            other.write(row)
+    with (tmp_path / "out" / "journal.jsonl").open("ab") as file:
+        file.write(b'{"cell": 0, "ag')
+    with early:
+        assert list(early.rows.values()) == rows[:2]
+        early.write(rows[2])
+    assert list(Journal(tmp_path / "out", study).rows.values()) == rows[:3]
 
 
 def test_a_journal_without_a_whole_first_line_is_begun_again(tmp_path):

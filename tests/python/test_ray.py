@@ -23,6 +23,8 @@ from swath.cli import main
 if importlib.util.find_spec("ray") is None:
     pytest.skip("needs Ray: `make test-ray` installs it", allow_module_level=True)
 
+import ray
+
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -121,6 +123,15 @@ def test_workers_of_another_build_are_refused_by_name(monkeypatch):
     monkeypatch.setattr("swath.evaluation.on_ray.build", lambda: "another")
     with pytest.raises(swath.SwathError, match="`backend` must have workers with this build of swath, another"):
         swath.evaluate("jump", scenario="cowbot-field", instances=3, backend="ray", jobs=1)
+
+
+def test_an_error_of_ray_without_a_text_is_called_by_its_kind(monkeypatch):
+    def fail(*_, **__):
+        raise ConnectionError
+
+    monkeypatch.setattr(ray, "init", fail)
+    with pytest.raises(swath.SwathError, match=r"^Ray has given up on the sweep: ConnectionError$"):
+        swath.evaluate("jump", scenario="cowbot-field", instances=1, backend="ray")
 
 
 def test_a_cluster_that_is_not_there_is_one_line_and_status_2(monkeypatch, capfd):

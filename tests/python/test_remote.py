@@ -172,7 +172,9 @@ def test_ppo_learns_through_servers_what_it_learns_here(server):
         env.close()
         return model.policy.state_dict()
 
-    here, far = learned(), learned(connect=[server.endpoint] * 2)
+    other = Server()
+    here, far = learned(), learned(connect=[server.endpoint, other.endpoint])
+    other.end()
     assert all(same(here[name].numpy(), far[name].numpy()) for name in here)
 
 
@@ -267,10 +269,10 @@ def test_a_call_that_was_interrupted_leaves_environments_that_can_be_reset(serve
     batch = far._core
     take_in = type(batch)._take_in
 
-    def interrupted(self, part, answers):
+    def interrupted(self, part, answers, *, waits):
         if part == 1:
             raise KeyboardInterrupt
-        take_in(self, part, answers)
+        return take_in(self, part, answers, waits=waits)
 
     actions = np.zeros((4, 1), np.float32)
     with monkeypatch.context() as patch:

@@ -10,6 +10,7 @@ import sys
 import textwrap
 import threading
 import time
+import warnings
 
 import gymnasium as gym
 import numpy as np
@@ -54,6 +55,37 @@ def test_environments_that_are_resumed_go_on_to_the_bit(server, action):
     assert here.unwrapped.snapshot() == far.snapshot()
     assert far._core.resumed == 4 * 2
     far.close()
+
+
+def test_a_server_that_was_started_anew_does_not_wait_for_one_that_stands_still(server):
+    still = Server("--allow-snapshot", "--grace-ms", "60000")
+    here = gym.make_vec(ENV_ID, num_envs=2)
+    connect = [server.endpoint, still.endpoint]
+    far = swath.remote.make_vec(ENV_ID, 2, connect=connect, resume=True, attempt_s=2.0)
+    assert same(here.reset(seed=3), far.reset(seed=3))
+    action = np.zeros((2, 1), np.float32)
+    for _ in range(400):
+        assert all(map(same, here.step(action), far.step(action)))
+    kill_and_start(server)
+    still.process.send_signal(signal.SIGSTOP)
+    took_s = []
+
+    def wait_for_the_other():
+        start_s = time.monotonic()
+        while far._core.resumed < 1 and time.monotonic() < start_s + 20:
+            time.sleep(0.01)
+        took_s.append(time.monotonic() - start_s)
+        still.process.send_signal(signal.SIGCONT)
+
+    watcher = threading.Thread(target=wait_for_the_other)
+    watcher.start()
+    told = far.step(action)
+    watcher.join()
+    assert all(map(same, here.step(action), told))
+    # As long as one attempt at the other, which answers none of the requests that are sent again here.
+    assert took_s[0] < 3.8
+    far.close()
+    still.end(signal.SIGKILL)
 
 
 def test_a_server_that_is_killed_while_it_works_is_resumed_from(server):
@@ -110,6 +142,34 @@ def test_a_server_that_sends_no_snapshots_is_refused_for_a_resumption():
         swath.remote.make(ENV_ID, connect=server.endpoint).close()
     finally:
         server.end(signal.SIGKILL)
+
+
+def test_whoever_can_no_longer_be_resumed_is_told_once_and_goes_on():
+    server = Server("--allow-snapshot", "--max-msg", "50000")
+    here = gym.make(ENV_ID).unwrapped
+    far = swath.remote.make(ENV_ID, connect=server.endpoint, resume=True, hash_every=1)
+    # A weed takes more bytes in a snapshot than in the request that places it.
+    weeds = {"weeds": np.random.default_rng(0).uniform(1.0, 19.0, (3000, 2))}
+    action = np.zeros(1, np.float32)
+    told = []
+    for request in range(1200):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            if request % 100 == 0:
+                assert same(here.reset(seed=1, options=weeds), far.reset(seed=1, options=weeds))
+            else:
+                assert same(here.step(action), far.step(action))
+        told += [(request, warning) for warning in caught]
+    ((request, warning),) = told
+    assert request == 511, "the first snapshot after that of the beginning"
+    assert (warning.category, warning.filename) == (RuntimeWarning, __file__)
+    text = "`resume` holds no longer: a server refused a further snapshot: "
+    assert str(warning.message).startswith(text)
+    server.end(signal.SIGKILL)
+    server.start()
+    with pytest.raises(swath.ResumeError):
+        far.step(action)
+    server.end(signal.SIGKILL)
 
 
 def test_a_retry_goes_on_with_a_resumption_that_took_too_long(server):

@@ -1,5 +1,6 @@
 """`swath top` says what real servers do."""
 
+import io
 import json
 import os
 import signal
@@ -11,12 +12,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from remote_server import Server, needs_server
+from rich.console import Console
 
 import swath
 from swath import _native
 from swath.cli import main
+from swath.cli.top import _tables
 from swath.registration import ENV_ID
-from swath.remote.watch import Reading, Watch
+from swath.remote.watch import Reading, SessionReading, Watch
 
 pytestmark = needs_server
 
@@ -106,6 +109,28 @@ def test_a_table_names_server_session_and_pace(servers, playing, capsys):
     (reading,) = json.loads(capsys.readouterr().out)
     assert reading["steps_per_s"] > 0
     assert reading["sessions"][0]["stats"]["client"] == "tractor"
+
+
+@pytest.mark.parametrize(
+    ("name", "shown"),
+    [
+        ("[/x] [red]field[/red]", "[/x] [red]field[/red]"),
+        ("a\x1b[2Jb\rc\nd\u202ee", "a�[2Jb�c�d�e"),
+        ("x" * 1000, "x" * 63 + "…"),
+        ("", "-"),
+    ],
+    ids=["markup", "control", "long", "none"],
+)
+def test_a_name_that_a_client_has_chosen_is_shown_as_it_is_and_cannot_write_to_the_terminal(name, shown):
+    counts = dict.fromkeys(("uptime_ms", "sessions", "envs", "faults", "lost"), 1)
+    session = SessionReading({"lease": "ab", "client": name, "envs": 1, "steps": 2, "age_ms": 3, "idle_ms": 4}, 1.0)
+    console = Console(file=io.StringIO(), width=200, force_terminal=True, color_system=None)
+    endpoint = "tcp/[fe80::1]:7447"
+    console.print(_tables([Reading(endpoint, "it", counts, sessions=(session,))]))
+    text = console.file.getvalue()
+    assert text.splitlines()[-2].rstrip().endswith(f" it      {shown}")
+    assert endpoint in text
+    assert not set(text) & set("\x1b\r\u202e")
 
 
 @pytest.mark.parametrize("flags", [[], ["--json"]])

@@ -38,8 +38,8 @@ def folder(tmp_path_factory):
     """The example with its certificates, and one of a name that nobody lists."""
     folder = tmp_path_factory.mktemp("two") / "machines"
     shutil.copytree(EXAMPLE, folder, ignore=shutil.ignore_patterns("certificates", "__pycache__"))
-    hosts = ["--host", "10.77.1.1", "--host", "10.77.2.1"]
-    made = certificates(folder, *hosts, "router", "field", "robot", "laptop", "stranger")
+    listeners = ["--listener", "router=10.77.1.1,10.77.2.1", "--listener", "field"]
+    made = certificates(folder, *listeners, "robot", "laptop", "stranger")
     assert (made.returncode, made.stderr) == (0, "")
     foreign = certificates(folder, "--out", "foreign", "robot")
     assert foreign.returncode == 0
@@ -183,7 +183,7 @@ def test_the_server_is_watched_through_the_router(folder, endpoints, capsys):
 
 
 def test_keys_are_for_their_owner_only_and_a_name_can_be_added_later(tmp_path):
-    assert certificates(tmp_path, "router").returncode == 0
+    assert certificates(tmp_path, "--listener", "router").returncode == 0
     of = tmp_path / "certificates"
     authority = (of / "ca.pem").read_bytes()
     if os.name == "posix":
@@ -194,12 +194,29 @@ def test_keys_are_for_their_owner_only_and_a_name_can_be_added_later(tmp_path):
     assert subprocess.run(check, capture_output=True, check=False).returncode == 0
 
 
+def test_a_clients_certificate_cannot_pass_for_the_router(folder):
+    def extensions(name):
+        command = ["openssl", "x509", "-text", "-noout", "-in", folder / f"certificates/{name}.pem"]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+    for name in ("robot", "laptop", "stranger"):
+        text = extensions(name)
+        assert "TLS Web Client Authentication" in text
+        assert "TLS Web Server Authentication" not in text
+        assert "Subject Alternative Name" not in text
+    assert "TLS Web Server Authentication" in extensions("router")
+    assert "IP Address:127.0.0.1, DNS:localhost, IP Address:10.77.1.1, IP Address:10.77.2.1" in extensions("router")
+    assert "IP Address:127.0.0.1, DNS:localhost\n" in extensions("field")
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
         (["ca"], "`NAME` must be 1 to 64 letters, digits, dashes and underscores, and not ca, got 'ca'"),
         (["a/b"], "`NAME` must be 1 to 64 letters"),
-        (["a", "--host", "a,b"], "`--host` must be an address or the name of a machine, got 'a,b'"),
+        (["--listener", "a=b,c/d"], "`--listener` must have addresses or names of a machine after its name, got 'c/d'"),
+        (["--listener", "a", "a"], "`NAME` must be given once, got 'a' twice"),
+        ([], "`NAME` or `--listener` must be given at least once"),
         (["a", "--days", "0"], "`--days` must be from 1 to 3650, got 0"),
     ],
 )

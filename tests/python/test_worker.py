@@ -6,6 +6,7 @@ import csv
 import importlib.util
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -195,6 +196,29 @@ def test_a_crew_goes_on_from_a_restored_state(server):
     far.close()
 
 
+def test_more_weeds_than_percepts_hold_are_refused_before_any_server_begins(server):
+    scenario = _native.Scenario(FIELD["scenario"])
+    far = RemoteBatch(scenario, 2, "SameStep", [server.endpoint] * 2, percept=True)
+    far.reset([1, 2])
+    before = far.snapshot()
+    few, many = np.ones((8, 2)), np.ones((9, 2))
+    most = "must be at most 8 weeds, as the scenario has, where percepts are told, got 9$"
+    for weeds, field in (([few, many], "weeds[1]"), ([many], "weeds")):
+        with pytest.raises(swath.ConfigError, match=rf"^`{re.escape(field)}` {most}"):
+            far.reset([3, 4], None, weeds)
+        assert far.snapshot() == before
+    # It has more of them than this scenario has.
+    here = _native.Batch(scenario, 2, "SameStep", 1, copy=True)
+    here.reset([5, 6], None, [few, many])
+    for snapshot, row in ((here.snapshot(), None), (here.snapshot(1), 1)):
+        with pytest.raises(swath.ConfigError, match=rf"^`snapshot\[1\]` {most}"):
+            far.restore(snapshot, row)
+        assert far.snapshot() == before
+    far.reset([3, 4], None, [few, few])
+    assert far.snapshot() != before
+    far.close()
+
+
 def test_a_crew_needs_percepts(server):
     scenario = _native.Scenario("cowbot-field")
     far = RemoteBatch(scenario, 1, "SameStep", server.endpoint)
@@ -318,6 +342,23 @@ def test_a_shard_is_played_by_one_worker_at_a_time(server, tmp_path):
         work("snake", connect=server.endpoint, out=out, episodes=24, **FIELD)
     process.kill()
     process.communicate()
+
+
+def test_episodes_that_another_worker_plays_while_this_one_opens_are_kept_and_not_played_again(
+    server, whole, tmp_path, monkeypatch
+):
+    out, arguments = tmp_path / "sweep", {"connect": server.endpoint, "episodes": 24, **FIELD}
+    opens, played = RemoteBatch.__init__, []
+
+    def open_late(*given, **named):
+        monkeypatch.setattr(RemoteBatch, "__init__", opens)
+        played.append(work("snake", out=out, **arguments).played)
+        opens(*given, **named)
+
+    monkeypatch.setattr(RemoteBatch, "__init__", open_late)
+    played.append(work("snake", out=out, **arguments).played)
+    assert played == [24, 0]
+    assert same(kept(out), kept(whole))
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])

@@ -55,6 +55,21 @@ impl Perception {
         read_percept(percept, &mut self.mirrors[part.first..part.first + part.rows])
     }
 
+    /// Refuses an environment with more weeds than its scenario has: percepts have no more room, and every server would
+    /// refuse it. `field` is what the caller knows the weeds by.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] if there are more.
+    pub(super) fn check_weeds(&self, field: &str, weeds: usize) -> Result<(), ConfigError> {
+        if weeds <= self.drawn {
+            return Ok(());
+        }
+        let expected =
+            format!("at most {} weeds, as the scenario has, where percepts are told", self.drawn);
+        Err(ConfigError::value(field, expected, weeds))
+    }
+
     /// A reset is asked for. `given` says how many weeds a row has that are not drawn. Where the last call `is_in_doubt`,
     /// what it brings to the rows that do not begin is told to nobody.
     pub(super) fn ask_to_begin(

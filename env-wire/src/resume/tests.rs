@@ -26,13 +26,22 @@ struct Adder {
     boot_id: u128,
     sum: u8,
     allows_snapshots: bool,
+    /// Those after so many are too large.
+    most_snapshots: usize,
     snapshots: usize,
     replayed: usize,
 }
 
 impl Adder {
     fn new(boot_id: u128) -> Self {
-        Self { boot_id, sum: 0, allows_snapshots: true, snapshots: 0, replayed: 0 }
+        Self {
+            boot_id,
+            sum: 0,
+            allows_snapshots: true,
+            most_snapshots: usize::MAX,
+            snapshots: 0,
+            replayed: 0,
+        }
     }
 
     fn answer(&mut self, message: &[u8]) -> Vec<u8> {
@@ -66,6 +75,9 @@ impl Adder {
                 let text = "no snapshots".to_owned();
                 codec::write_fault(&header, &Fault::NotAllowed { text })
             }
+            Verb::Snapshot if self.snapshots >= self.most_snapshots => {
+                codec::write_fault(&header, &too_large())
+            }
             Verb::Snapshot => {
                 self.snapshots += 1;
                 let told = SnapshotReply { config_hash: [0; 32], data: &[self.sum] };
@@ -79,6 +91,10 @@ impl Adder {
             }
         }
     }
+}
+
+fn too_large() -> Fault {
+    Fault::TooLarge { size: 2, limit: 1 }
 }
 
 fn settle(client: &mut ResumingSession, server: &mut Adder) -> Result<Vec<u8>, ClientError> {
@@ -130,6 +146,24 @@ fn what_is_kept_does_not_grow() {
     }
     assert_eq!(server.snapshots, 1 + 1_000 / 4);
     assert!(most < 2_000, "{most}");
+}
+
+#[test]
+fn nothing_is_kept_after_a_snapshot_that_was_refused_and_the_next_loss_is_an_error() {
+    let mut server = Adder { most_snapshots: 1, ..Adder::new(10) };
+    let mut client = opened(&mut server);
+    for number in 0..4 {
+        assert_eq!(client.gap(), None, "{number}");
+        add(&mut client, &mut server, 1).unwrap();
+    }
+    assert_eq!(client.gap(), Some(&too_large()));
+    for number in 4..1_000 {
+        add(&mut client, &mut server, 1).unwrap();
+        assert_eq!(client.kept_bytes(), 0, "after {number} requests");
+    }
+    let mut next = Adder::new(20);
+    let error = ClientError::NotResumable(too_large());
+    assert_eq!(add(&mut client, &mut next, 1), Err(error));
 }
 
 #[test]

@@ -26,6 +26,8 @@ __all__ = ["top"]
 _SHORTEST_S, _LONGEST_S = 0.1, 3600.0
 _WIDTH = 120
 """Of a table that is not on a terminal, characters."""
+_MOST_CHARACTERS = 64
+"""Of a client's name."""
 
 
 def top(
@@ -96,6 +98,7 @@ def _tables(readings: Sequence[Reading]) -> RenderableType:
     from rich import box
     from rich.console import Group
     from rich.table import Table
+    from rich.text import Text
 
     servers, sessions = (Table(box=box.SIMPLE, padding=(0, 1, 0, 0)) for _ in range(2))
     for table, names in (
@@ -108,7 +111,7 @@ def _tables(readings: Sequence[Reading]) -> RenderableType:
     for reading in readings:
         stats = reading.stats
         if stats is None:
-            servers.add_row(reading.server, "silent", *[""] * 8, reading.endpoint)
+            servers.add_row(reading.server, "silent", *[""] * 8, Text(reading.endpoint))
             continue
         servers.add_row(
             reading.server,
@@ -121,7 +124,8 @@ def _tables(readings: Sequence[Reading]) -> RenderableType:
             _latency(reading.latency_p99_us),
             str(stats["faults"]),
             str(stats["lost"]),
-            reading.endpoint,
+            # An address of IPv6 has brackets, which would be read as markup.
+            Text(reading.endpoint),
         )
         for session in reading.sessions:
             row = session.stats
@@ -133,9 +137,15 @@ def _tables(readings: Sequence[Reading]) -> RenderableType:
                 _time(row["age_ms"]),
                 _time(row["idle_ms"]),
                 reading.server,
-                row["client"] or "-",
+                Text(_printable(row["client"]) or "-"),
             )
     return Group(servers, sessions) if sessions.rows else servers
+
+
+def _printable(name: str) -> str:
+    """Returns a name that its client has chosen, without what would move the cursor or break the table."""
+    shown = "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in name)
+    return shown if len(shown) <= _MOST_CHARACTERS else f"{shown[: _MOST_CHARACTERS - 1]}\N{HORIZONTAL ELLIPSIS}"
 
 
 def _rate(per_s: float | None) -> str:

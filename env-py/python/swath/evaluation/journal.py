@@ -34,7 +34,8 @@ NAME = "journal.jsonl"
 class Journal:
     """The rows of one study in one folder.
 
-    Making one only reads; entering it opens the file, and from then on every row is written as it is added.
+    Making one only reads; entering it opens the file, reads what another run may have written since, and from then on
+    every row is written as it is added.
     """
 
     def __init__(self, folder: Path, study: Study) -> None:
@@ -60,13 +61,23 @@ class Journal:
             self._refuse_others(folder)
 
     def __enter__(self) -> Self:
-        """Opens the file, without the torn end that an earlier run may have left."""
+        """Opens the file, without the torn end that an earlier run may have left.
+
+        Raises:
+            ConfigError: If another run uses the folder, or has written something else into it.
+        """
         self._path.parent.mkdir(parents=True, exist_ok=True)
         self._file = self._path.open("ab")
-        self._lock()
-        self._file.truncate(self._whole_bytes)
-        if not self._whole_bytes:
-            self._write(self._identity)
+        try:
+            self._lock()
+            # Another run may have come and gone since this one has read.
+            self._read()
+            self._file.truncate(self._whole_bytes)
+            if not self._whole_bytes:
+                self._write(self._identity)
+        except BaseException:
+            self._file.close()
+            raise
         return self
 
     def __exit__(
@@ -86,7 +97,6 @@ class Journal:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
-            self._file.close()
             text = f"`out` must not be in use by another run, got {self._path.parent}"
             raise ConfigError(text) from error
 
@@ -100,6 +110,7 @@ class Journal:
         self._file.flush()
 
     def _read(self) -> None:
+        self.rows.clear()
         lines = self._path.read_bytes().split(b"\n")[:-1]
         for number, line in enumerate(lines):
             with self._readable(number + 1):

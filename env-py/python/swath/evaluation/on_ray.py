@@ -54,7 +54,7 @@ def run_on_ray(study: Study, tasks: Sequence[Task], jobs: int | None) -> Iterato
     except ray.exceptions.RayTaskError as error:
         raise (error.cause if isinstance(error.cause, SwathError) else error) from None
     except (ray.exceptions.RayError, ConnectionError) as error:
-        text = f"Ray has given up on the sweep: {str(error).strip().splitlines()[0]}"
+        text = f"Ray has given up on the sweep: {_first_line(error)}"
         raise SwathError(text) from error
 
 
@@ -75,6 +75,11 @@ def _rows(study: Study, tasks: Sequence[Task], jobs: int) -> Iterator[Row]:
     finally:
         for part in waiting:
             ray.cancel(part)
+
+
+def _first_line(error: Exception) -> str:
+    """Returns the first line of what an error says, or its kind if it says nothing."""
+    return next(iter(str(error).strip().splitlines()), type(error).__name__)
 
 
 def _episodes(study: Study, tasks: Sequence[Task], wanted: str) -> list[Row]:

@@ -59,7 +59,8 @@ def make(
         client: Who asks, for the server's logs.
         resume: Whether to go on when the server was started anew: from a snapshot that this process holds, with the
             requests since sent again and every reply compared with the one that there was. The server has to run with
-            `--allow-snapshot`. What is kept: the snapshot, and up to 64 MiB of requests.
+            `--allow-snapshot`. What is kept: the snapshot, and up to 64 MiB of requests. If it refuses a later
+            snapshot, such as one that has grown too large, a `RuntimeWarning` says once that resuming is over.
         hash_every: With `resume`, the servers send a hash of the state with every so many replies, so that it is
             compared too; more often costs more.
         zenoh: Further settings of Zenoh by their path; `tls` returns those for a client with a certificate.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import time
+import warnings
 from typing import TYPE_CHECKING
 
 from swath import _native
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 __all__ = ["RemoteBatch"]
 
 _MOST_HASH_EVERY = 2**32 - 1
+# Between two looks at servers of which some lag behind: the longer nothing has come, the longer.
+_SHORTEST_LOOK_S, _LONGEST_LOOK_S = 50e-6, 2e-3
 
 Step: TypeAlias = "tuple[Any, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, object]]"
 FlatStep: TypeAlias = "tuple[Any, npt.NDArray[np.float32], npt.NDArray[np.bool_], list[dict[str, object]], list[int]]"
@@ -80,6 +83,8 @@ class RemoteBatch:
             jitter_seed=secrets.randbits(64),
             hash_every=whole("hash_every", hash_every, least=1, most=_MOST_HASH_EVERY) if resume else None,
         )
+        # Nobody has been told yet that it no longer can.
+        self._can_resume = resume
         self._links: list[Link] = []
         # What was asked last of each server, if more answers may come.
         self._asked: dict[int, Answers] = {}
@@ -212,6 +217,10 @@ class RemoteBatch:
             raise
         finally:
             self._hold_leases()
+        if self._can_resume and self._core.gap is not None:
+            self._can_resume = False
+            text = f"`resume` holds no longer: a server refused a further snapshot: {self._core.gap}"
+            warnings.warn(text, RuntimeWarning, stacklevel=4)
         return finish()
 
     def _why_silent(self) -> str:
@@ -231,39 +240,50 @@ class RemoteBatch:
 
     def _move_messages(self, end_s: float) -> None:
         waiting = set(range(len(self._links)))
-        while waiting and time.monotonic() < end_s:
-            wake_ms: list[int] = []
-            asked = []
-            for part in sorted(waiting):
+        asked: dict[int, Answers] = {}
+        # Servers answer the first question at about the same time. Whoever has more to be asked, such as one that was
+        # started anew, does not wait for the others after that.
+        is_first = True
+        moved_s = time.monotonic()
+        while waiting and (now_s := time.monotonic()) < end_s:
+            wake_s = [end_s]
+            for part in sorted(waiting - asked.keys()):
                 self._take_in_late(part)
                 what, verb, message, number = self._core.poll(part, self._now_ms())
                 if what == "send":
                     assert verb is not None, "a message has a verb"
                     assert message is not None, "and bytes"
                     timeout_s = min(number / 1000, end_s - time.monotonic())
-                    asked.append((part, self._links[part].ask(verb, message, timeout_s)))
+                    asked[part] = self._links[part].ask(verb, message, timeout_s)
                 elif what == "wait":
-                    wake_ms.append(number)
+                    wake_s.append(self._start_s + number / 1000)
                 else:
                     waiting.discard(part)
-            for part, answers in asked:
-                self._take_in(part, answers)
-            if not asked and wake_ms:
-                wait_s = (min(wake_ms) - self._now_ms()) / 1000
-                time.sleep(max(0.0, min(wait_s, end_s - time.monotonic())))
+            is_alone = len(waiting) == 1
+            answered = [
+                part for part, answers in asked.items() if self._take_in(part, answers, waits=is_first or is_alone)
+            ]
+            for part in answered:
+                del asked[part]
+            if answered:
+                is_first, moved_s = False, time.monotonic()
+            elif waiting:
+                if asked:
+                    wake_s.append(now_s + min(max(_SHORTEST_LOOK_S, (now_s - moved_s) / 8), _LONGEST_LOOK_S))
+                time.sleep(max(0.0, min(wake_s) - time.monotonic()))
 
-    def _take_in(self, part: int, answers: Answers) -> None:
-        is_silent = True
-        for message in answers:
-            is_silent = False
+    def _take_in(self, part: int, answers: Answers, *, waits: bool) -> bool:
+        """Takes in what has come, or waits for all of it. Returns whether there is no more to wait for."""
+        for message in answers if waits else answers.arrived():
             if message is None:
                 self._core.on_timeout(part, self._now_ms())
             elif self._core.on_reply(part, self._now_ms(), message):
                 # The network says later that there is no other answer, and if there is one, the next call is told.
                 self._asked[part] = answers
-                return
-        if is_silent:
+                return True
+        if answers.is_silent and answers.is_over:
             self._core.on_nothing(part, self._now_ms())
+        return answers.is_over
 
     def _take_in_late(self, part: int) -> None:
         answers = self._asked.pop(part, None)

@@ -144,23 +144,32 @@ class Answers:
     def __init__(self, replies: zenoh.Handler[zenoh.Reply]) -> None:
         """Waits for nothing yet."""
         self._replies = replies
+        self.is_silent = True
+        """Whether nothing has come yet, not even an error."""
+        self.is_over = False
+        """Whether there will be no more."""
 
     def __iter__(self) -> Iterator[bytes | None]:
         """Waits for each message and yields it, and None for an error of the network such as a time-out."""
         for reply in self._replies:
+            self.is_silent = False
             yield reply.ok.payload.to_bytes() if reply.ok is not None else None
+        self.is_over = True
 
-    def late(self) -> Iterator[bytes]:
-        """Yields the messages that have come since nobody waits for them any more."""
+    def arrived(self) -> Iterator[bytes | None]:
+        """Yields the same of what has come already, and waits for nothing."""
         import zenoh
 
         try:
             while (reply := self._replies.try_recv()) is not None:
-                if reply.ok is not None:
-                    yield reply.ok.payload.to_bytes()
+                self.is_silent = False
+                yield reply.ok.payload.to_bytes() if reply.ok is not None else None
         except zenoh.ZError:
-            # There will be no more.
-            return
+            self.is_over = True
+
+    def late(self) -> Iterator[bytes]:
+        """Yields the messages that have come since nobody waits for them any more."""
+        return (message for message in self.arrived() if message is not None)
 
 
 def _settings(zenoh: Any, endpoint: str, further: dict[str, object] | None) -> Any:  # noqa: ANN401 - it is imported late

@@ -148,16 +148,22 @@ def work(
 
     journal = store.journal(part)
     mine = sweep.instances_of(part)
-    pending = [instance for instance in mine if (0, label, instance) not in journal.rows]
-    waves = [pending[first : first + num_envs] for first in range(0, len(pending), num_envs)]
+
+    def left() -> list[int]:
+        return [instance for instance in mine if (0, label, instance) not in journal.rows]
+
+    pending = left()
     try:
         with closing(_Servers(open_batch)) as servers:
-            if waves:
+            if pending:
                 # Before anything is written.
-                servers.batch(len(waves[0]))
+                servers.batch(len(pending[:num_envs]))
             with journal, Progress("episodes", len(mine), is_wanted=progress) as bar:
+                # Opening takes a while, in which another worker may have played some of them.
+                pending = left()
                 bar.advance(len(mine) - len(pending))
-                for wave in waves:
+                for first in range(0, len(pending), num_envs):
+                    wave = pending[first : first + num_envs]
                     for row, episode in _played(servers.batch(len(wave)), driver, sweep, wave):
                         store.keep(journal, part, episode, row)
                         bar.advance(1)
