@@ -43,8 +43,8 @@ const LOOKED_M: f32 = 1e-4;
 const MENDING: usize = 40;
 /// How many times as many changes are tried for each of the first plans.
 const SWEEP: usize = 3;
-/// How many more changes are tried for each weed that is planned.
-const PER_WEED: usize = 500;
+/// As many changes more are tried for every so many weeds that are planned.
+const WEEDS: usize = 10;
 /// Another plan is taken if it is so much shorter, metres: a mower that often changes its mind drives to and fro.
 const WORTH_M: f32 = 1.0;
 /// A plan is long when the mower has driven so many boustrophedon paths.
@@ -242,8 +242,11 @@ impl State {
             self.plan.insert_weed(weed.number, weed.position, reach_m);
         }
         let weeds = planned.len();
-        let rounds =
-            if is_new { options.iterations + PER_WEED * weeds } else { options.iterations / 3 };
+        let rounds = if is_new {
+            options.iterations + options.iterations * weeds / WEEDS
+        } else {
+            options.iterations / 3
+        };
         let size_m = (single(site.length_m), single(site.width_m));
         let looks =
             if self.plans.is_multiple_of(ALL_LOOKS_EVERY) { usize::MAX } else { NEXT_LOOKS };

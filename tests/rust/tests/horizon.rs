@@ -96,7 +96,7 @@ fn a_mower_that_strays_within_its_margin_mows_everything_all_the_same() {
 fn a_narrow_headland_is_kept() {
     let scenario = scenario("cowbot-field", "pasture.headland_m = 1.5");
     for seed in 0..2 {
-        assert_whole(&run("horizon", &scenario, seed), &format!("seed {seed}"));
+        assert_whole(&run("horizon:iterations=500", &scenario, seed), &format!("seed {seed}"));
     }
 }
 
