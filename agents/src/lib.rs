@@ -5,6 +5,7 @@
 //! | [`agent`] | the trait of every agent: asked at every step, it sees a `View` and answers with a `Decision` |
 //! | [`pass`], [`route`], [`tour`] | what planners are built from: a straight being held, a path being driven, an order of visits |
 //! | [`routing`] | the planners of the mower routing problem, Maini, Gonultas & Isler (2022) |
+//! | [`horizon`] | one plan over all that is known, made anew as more is known |
 //! | [`registry`] | every agent by its name, with its options |
 //! | [`tracker`] | a planner followed by a mower that is told one curvature a control period |
 //! | [`runner`], [`trajectory`] | one episode from reset to the agent's own stop, and the path it took |
@@ -22,6 +23,7 @@
 //! ```
 
 pub mod agent;
+pub mod horizon;
 pub mod pass;
 pub mod registry;
 pub mod route;

@@ -8,6 +8,7 @@ use swath_core::config::{ConfigError, from_table, nearest};
 use toml::{Table, Value};
 
 use crate::agent::{Agent, Capped};
+use crate::horizon::{Horizon, HorizonOptions};
 use crate::routing::{Bcp, BcpOptions, BcpTsp, Jump, React, Snake};
 use crate::tracker::{TRACKING_MARGIN_M, Tracker};
 
@@ -23,7 +24,7 @@ pub struct Entry {
 }
 
 /// Every agent, in the order in which tables list them.
-pub const AGENTS: [Entry; 6] = [
+pub const AGENTS: [Entry; 7] = [
     Entry {
         name: "bcp",
         about: "boustrophedon path over everything; option spacing = deck | sensor",
@@ -54,6 +55,11 @@ pub const AGENTS: [Entry; 6] = [
         about: "R-SNAKE: SNAKE that leaves weeds far below behind",
         is_random: false,
     },
+    Entry {
+        name: "horizon",
+        about: "one plan over all that is known, made anew as more is known; options iterations, time_ms, bar_margin_m",
+        is_random: false,
+    },
 ];
 
 /// An agent's name and options, checked: `bcp`, `bcp:spacing=sensor`.
@@ -71,6 +77,7 @@ enum Build {
     Jump,
     Snake,
     RSnake,
+    Horizon(HorizonOptions),
 }
 
 /// The options of an agent that has none.
@@ -94,6 +101,10 @@ impl AgentSpec {
             "jump" => plain(options, &prefix, Build::Jump)?,
             "snake" => plain(options, &prefix, Build::Snake)?,
             "r-snake" => plain(options, &prefix, Build::RSnake)?,
+            "horizon" => {
+                let options: HorizonOptions = from_table(options, &prefix)?;
+                Build::Horizon(options.checked()?)
+            }
             _ => {
                 let names = AGENTS.map(|entry| entry.name);
                 let hint = nearest(name, names.into_iter());
@@ -116,6 +127,7 @@ impl AgentSpec {
             Build::Jump => Box::new(Jump::new()),
             Build::Snake => Box::new(Snake::new()),
             Build::RSnake => Box::new(Snake::restricted()),
+            Build::Horizon(options) => Box::new(Horizon::new(options)),
         };
         Box::new(Capped(agent))
     }

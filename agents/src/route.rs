@@ -22,6 +22,12 @@ impl Route {
         Self { pieces: Vec::with_capacity(6), next: 0 }.then(path, view.path_m)
     }
 
+    /// Nothing to drive.
+    #[must_use]
+    pub fn empty() -> Self {
+        Self { pieces: Vec::new(), next: 0 }
+    }
+
     /// The shortest route from where the mower stands.
     #[must_use]
     pub fn shortest_to(goal: Pose, view: &View) -> Self {

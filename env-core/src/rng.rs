@@ -52,6 +52,11 @@ pub fn uniform(rng: &mut StreamRng) -> f64 {
     rng.random::<f64>()
 }
 
+/// Sixty-four random bits.
+pub fn bits(rng: &mut StreamRng) -> u64 {
+    rng.random::<u64>()
+}
+
 /// A whole number in 0..`count`.
 pub fn below(count: usize, rng: &mut StreamRng) -> usize {
     rng.random_range(0..count)

@@ -7,7 +7,7 @@ import pytest
 import swath
 
 ID = "swath/MowerRouting-v0"
-AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake"]
+AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon"]
 UNLIMITED = {"budget": float("inf")}
 
 

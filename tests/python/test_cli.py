@@ -14,7 +14,7 @@ import pytest
 import swath
 from swath.cli import main
 
-AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake"]
+AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon"]
 
 
 @pytest.fixture(autouse=True)

@@ -9,7 +9,7 @@ import pytest
 
 import swath
 
-AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake"]
+AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon"]
 SCENARIOS = [
     "cowbot-field",
     "pasture",

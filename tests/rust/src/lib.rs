@@ -4,6 +4,7 @@
 //! hand or from [`oracle`], never from the code under test. Properties run 64 cases, or as many as the environment
 //! variable `PROPTEST_CASES` says; seeds that failed once are kept beside the test, in `*.proptest-regressions`.
 
+pub mod agents;
 pub mod cases;
 pub mod columns;
 pub mod dice;

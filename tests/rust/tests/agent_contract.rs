@@ -3,7 +3,7 @@
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
 use swath_agents::agent::{Agent, Decision, PIECE_M};
-use swath_agents::registry::{AGENTS, AgentSpec};
+use swath_agents::registry::AgentSpec;
 use swath_agents::runner::{run_agent, run_episode};
 use swath_core::action::Command;
 use swath_core::config::{Document, ValidScenario};
@@ -13,6 +13,7 @@ use swath_core::geometry::{Point, Pose};
 use swath_core::known::{KnownWeed, KnownWeeds};
 use swath_core::site::Site;
 use swath_core::view::View;
+use swath_tests::agents;
 
 fn scenario(text: &str) -> ValidScenario {
     let mut document = Document::empty("test");
@@ -43,7 +44,7 @@ fn pastures() -> Vec<(&'static str, ValidScenario)> {
 
 fn for_every_agent(mut check: impl FnMut(&str, &AgentSpec, &str, &ValidScenario)) {
     for (pasture, scenario) in pastures() {
-        for name in AGENTS.map(|entry| entry.name).into_iter().chain(["bcp:spacing=sensor"]) {
+        for name in agents::quick().chain(["bcp:spacing=sensor"]) {
             check(name, &name.parse().unwrap(), pasture, &scenario);
         }
     }
@@ -194,7 +195,7 @@ fn no_weed_is_so_placed_that_an_agent_never_ends() {
         &[at(50.0, 1.0), at(50.0, 5.0), at(50.0, 9.0), at(50.0, 39.0)],
     ];
     let scenario = Document::open("pasture").unwrap().scenario().unwrap();
-    for name in AGENTS.map(|entry| entry.name) {
+    for name in agents::quick() {
         for weeds in awkward {
             let episode = run_episode(&scenario, &name.parse().unwrap(), 0, Some(weeds));
             assert_eq!(episode.outcome, Outcome::Done, "{name}, {weeds:?}");
@@ -268,10 +269,10 @@ fn an_agent_can_be_used_again_after_reset() {
 #[test]
 fn the_default_headland_is_wide_enough_for_every_planner() {
     let scenario = scenario("weeds.count = 80");
-    for entry in AGENTS {
+    for name in agents::quick() {
         for seed in 0..5 {
-            let episode = run_episode(&scenario, &entry.name.parse().unwrap(), seed, None);
-            assert_eq!(episode.outcome, Outcome::Done, "{}, seed {seed}", entry.name);
+            let episode = run_episode(&scenario, &name.parse().unwrap(), seed, None);
+            assert_eq!(episode.outcome, Outcome::Done, "{name}, seed {seed}");
         }
     }
 }
@@ -282,7 +283,8 @@ fn a_tracked_planner_mows_what_it_would_have_mowed_on_a_path_hardly_longer() {
     for_every_agent(|name, spec, pasture, scenario| {
         let (mut tracked_percent, mut native_percent) = (0.0, 0.0);
         let (mut tracked_m, mut native_m) = (0.0, 0.0);
-        let seeds = 6;
+        // The planner that searches takes its time.
+        let seeds = if name.starts_with("horizon") { 2 } else { 6 };
         for seed in 0..seeds {
             let mut env = Env::new(scenario);
             let outcome =
@@ -342,7 +344,7 @@ fn an_unknown_agent_or_option_is_refused_by_name() {
     let refused = |text: &str| text.parse::<AgentSpec>().unwrap_err().to_string();
     assert_eq!(
         refused("snak"),
-        "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, got `snak`; did you mean `snake`?"
+        "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, horizon, got `snak`; did you mean `snake`?"
     );
     assert_eq!(
         refused("bcp:spacin=sensor"),

@@ -5,7 +5,7 @@
 
 use bincode::Encode;
 use swath_agents::agent::{Agent, Decision};
-use swath_agents::registry::{AGENTS, AgentSpec};
+use swath_agents::registry::AgentSpec;
 use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchOptions};
 use swath_core::config::{ActionKind, Scenario, ValidScenario};
 use swath_core::env::{Beginning, Env};
@@ -13,6 +13,7 @@ use swath_core::episode::End;
 use swath_core::geometry::{Point, Pose};
 use swath_core::known::KnownWeed;
 use swath_core::mirror::{Mirror, News};
+use swath_tests::agents;
 use swath_tests::columns::Columns;
 use swath_tests::sight::sight;
 use swath_wire::codec;
@@ -218,7 +219,7 @@ fn follow(spec: &AgentSpec, kind: ActionKind) -> usize {
 #[test]
 fn every_agent_decides_the_same_on_a_view_put_together_elsewhere() {
     for kind in [ActionKind::Drive, ActionKind::Steer] {
-        for name in AGENTS.map(|entry| entry.name).into_iter().chain(["bcp:spacing=sensor"]) {
+        for name in agents::quick().chain(["bcp:spacing=sensor"]) {
             let steps = follow(&name.parse().unwrap(), kind);
             assert!(steps > 150, "{name}, {kind:?}: {steps} steps");
         }

@@ -21,7 +21,7 @@ from swath.pictures import check_matplotlib, picture
 
 __all__ = ["demo"]
 
-AGENTS = ("bcp", "bcp-tsp", "react", "jump", "snake", "r-snake")
+AGENTS = ("bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon")
 PASTURES = ("cowbot-field", "pasture")
 
 

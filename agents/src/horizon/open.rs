@@ -1,0 +1,328 @@
+//! The ground that is still to be searched, and how much of it a plan will show.
+
+use swath_core::site::Site;
+
+use super::spot::{Spot, single};
+use super::ways::Ways;
+
+/// Side of a cell, metres; a pasture that would have more than so many cells has larger ones.
+const CELL_M: f64 = 0.5;
+const MOST_CELLS: f64 = 65_536.0;
+/// Spacing of the looks by which a turn is judged, metres; the mower looks more often than that.
+const SPACING_M: f64 = 1.0;
+/// Way between two looks of the mower, metres: so much later than planned it may see something.
+const LATE_M: f32 = 0.2;
+
+/// A border of a piece of ground in the mower's frame: inside, `at + ahead * a + left * l` is not negative.
+#[derive(Debug, Clone, Copy)]
+struct Border {
+    at_m: f32,
+    ahead: f32,
+    left: f32,
+}
+
+/// Cells of the pasture. One is open until the whole of it was inside of the triangle at a look, or its centre under the bar
+/// with its corners at the sides: then no weed is hidden in it.
+#[derive(Debug, Clone)]
+pub(super) struct OpenGround {
+    columns: usize,
+    rows: usize,
+    cell_x_m: f32,
+    cell_y_m: f32,
+    /// 1 if it is open, 0 if not: as wide as the counts, so that many are compared at once.
+    is_open: Vec<u16>,
+    open: usize,
+    /// How many looks of the plan will show each cell, and how many open cells none will.
+    looks: Vec<u16>,
+    missed: usize,
+    triangle: [Border; 3],
+    range_m: f32,
+    half_deck_m: f32,
+}
+
+impl OpenGround {
+    pub(super) fn new(site: &Site) -> Self {
+        let side_m = (site.length_m * site.width_m / MOST_CELLS).sqrt().max(CELL_M);
+        let count =
+            |size_m: f64| swath_core::math::floor_index((size_m / side_m - 1e-9).ceil()).max(1);
+        let (columns, rows) = (count(site.length_m), count(site.width_m));
+        let range_m = single(site.sensor_range_m);
+        let side = single(0.5 * site.sensor_width_m / site.sensor_range_m);
+        Self {
+            columns,
+            rows,
+            cell_x_m: single(site.length_m / columns as f64),
+            cell_y_m: single(site.width_m / rows as f64),
+            is_open: vec![1; columns * rows],
+            open: columns * rows,
+            looks: vec![0; columns * rows],
+            missed: columns * rows,
+            triangle: [
+                Border { at_m: range_m, ahead: -1.0, left: 0.0 },
+                Border { at_m: 0.0, ahead: side, left: -1.0 },
+                Border { at_m: 0.0, ahead: side, left: 1.0 },
+            ],
+            range_m,
+            half_deck_m: single(0.5 * site.deck_width_m),
+        }
+    }
+
+    /// Number of open cells.
+    pub(super) fn open(&self) -> usize {
+        self.open
+    }
+
+    /// Number of open cells that the plan will not show.
+    pub(super) fn missed(&self) -> usize {
+        self.missed
+    }
+
+    /// The centre of the `index`-th of the open cells that the plan will not show, metres.
+    pub(super) fn missed_at(&self, index: usize) -> (f32, f32) {
+        let is_missed = |cell: &usize| self.is_open[*cell] == 1 && self.looks[*cell] == 0;
+        let cell = (0..self.looks.len()).filter(is_missed).nth(index).expect("so many are missed");
+        let (column, row) = (cell % self.columns, cell / self.columns);
+        ((column as f32 + 0.5) * self.cell_x_m, (row as f32 + 0.5) * self.cell_y_m)
+    }
+
+    /// Takes note of a look. `late_m` is how far the mower may have driven since: so much less counts as seen.
+    pub(super) fn settle_look(&mut self, from: &Spot, late_m: f32) {
+        let triangle =
+            self.triangle.map(|border| Border { at_m: border.at_m - 1e-4 - late_m, ..border });
+        let bar = self.bar(0.2 + late_m);
+        self.settle(from, &triangle, self.sight_m(from, 0.0), true);
+        self.settle(from, &bar, self.under_m(from, 0.0), false);
+    }
+
+    /// Takes note of the looks on a straight.
+    pub(super) fn settle_straight(&mut self, from: &Spot, straight_m: f32) {
+        let mut seen = self.seen_on_straight(straight_m);
+        // Here the looks at both ends are known.
+        for (seen, exact) in seen.iter_mut().zip(self.triangle) {
+            seen.at_m = exact.at_m - 1e-4;
+        }
+        seen[0].at_m += straight_m;
+        self.settle(from, &seen, self.sight_m(from, straight_m), true);
+    }
+
+    fn settle<const BORDERS: usize>(
+        &mut self,
+        from: &Spot,
+        borders: &[Border; BORDERS],
+        heights_m: (f32, f32),
+        is_whole: bool,
+    ) {
+        let shape = self.shape();
+        let Self { is_open, looks, open, missed, columns, .. } = self;
+        shape.for_each_row(from, borders, heights_m, is_whole, &mut |row, first, end| {
+            let cells = row * *columns + first..row * *columns + end;
+            for (is_open, looks) in is_open[cells.clone()].iter_mut().zip(&looks[cells]) {
+                *open -= usize::from(*is_open);
+                *missed -= usize::from(*is_open & u16::from(*looks == 0));
+                *is_open = 0;
+            }
+        });
+    }
+
+    /// What is certainly seen on a straight, wherever on it the mower looks.
+    fn seen_on_straight(&self, straight_m: f32) -> [Border; 5] {
+        let [far, left, right] = self.planned_triangle();
+        let side_m = self.triangle[1].ahead * (self.range_m - LATE_M);
+        [
+            Border { at_m: far.at_m + straight_m, ..far },
+            left,
+            right,
+            Border { at_m: side_m, ahead: 0.0, left: 1.0 },
+            Border { at_m: side_m, ahead: 0.0, left: -1.0 },
+        ]
+    }
+
+    /// Forgets the plan.
+    pub(super) fn forget_looks(&mut self) {
+        self.looks.fill(0);
+        self.missed = self.open;
+    }
+
+    /// Adds what is seen on the shortest way from one spot to another.
+    pub(super) fn add_leg(&mut self, from: &Spot, to: &Spot, ways: &Ways) {
+        self.change_leg(from, to, ways, 1, 1);
+    }
+
+    /// Takes it out again.
+    pub(super) fn remove_leg(&mut self, from: &Spot, to: &Spot, ways: &Ways) {
+        self.change_leg(from, to, ways, u16::MAX, 0);
+    }
+
+    /// Straights are seen from as a whole, turns from a few spots.
+    fn change_leg(&mut self, from: &Spot, to: &Spot, ways: &Ways, change: u16, turning: u16) {
+        let way = ways.way(from.pose(), to.pose());
+        let mut start = from.pose();
+        for segment in way.segments() {
+            if segment.length_m <= 0.0 {
+                continue;
+            }
+            if segment.curvature_per_m == 0.0 {
+                self.change(&start.into(), single(segment.length_m), change, turning);
+            } else {
+                let looks = swath_core::math::floor_index(segment.length_m / SPACING_M) + 1;
+                let apart_m = segment.length_m / looks as f64;
+                for look in 1..=looks {
+                    let at = start.advanced(segment.curvature_per_m, apart_m * look as f64);
+                    self.change(&at.into(), 0.0, change, turning);
+                }
+            }
+            start = start.advanced(segment.curvature_per_m, segment.length_m);
+        }
+    }
+
+    /// How many open cells that the plan will not show a look would show.
+    pub(super) fn gain(&self, from: &Spot) -> usize {
+        let mut gain = 0;
+        let shape = self.shape();
+        shape.for_each_row(
+            from,
+            &self.planned_triangle(),
+            self.sight_m(from, 0.0),
+            true,
+            &mut |row, first, end| {
+                let cells = row * self.columns + first..row * self.columns + end;
+                let both = self.is_open[cells.clone()].iter().zip(&self.looks[cells]);
+                gain += both
+                    .map(|(is_open, looks)| usize::from(*is_open & u16::from(*looks == 0)))
+                    .sum::<usize>();
+            },
+        );
+        gain
+    }
+
+    /// Depth of the triangle, metres.
+    pub(super) fn range_m(&self) -> f32 {
+        self.range_m
+    }
+
+    fn shape(&self) -> Shape {
+        Shape { columns: self.columns, rows: self.rows, cell_m: (self.cell_x_m, self.cell_y_m) }
+    }
+
+    /// The ground under the bar, so far behind and ahead, in which a cell's centre lies whose corners are under it too.
+    fn bar(&self, reach_m: f32) -> [Border; 4] {
+        let side_m = self.half_deck_m - 0.5 * self.cell_x_m.hypot(self.cell_y_m);
+        [
+            Border { at_m: reach_m, ahead: 1.0, left: 0.0 },
+            Border { at_m: reach_m, ahead: -1.0, left: 0.0 },
+            Border { at_m: side_m, ahead: 0.0, left: 1.0 },
+            Border { at_m: side_m, ahead: 0.0, left: -1.0 },
+        ]
+    }
+
+    /// Changes how often each cell is shown that is seen on a straight; `change` returns by how many the cells shown grow.
+    fn change(&mut self, from: &Spot, straight_m: f32, change: u16, turning: u16) {
+        let shape = self.shape();
+        let seen = self.seen_on_straight(straight_m);
+        let mut bar = self.bar(LATE_M + 0.5 * single(SPACING_M));
+        bar[1].at_m += straight_m;
+        let (sight_m, under_m) = (self.sight_m(from, straight_m), self.under_m(from, straight_m));
+        let Self { is_open, looks, missed, columns, .. } = self;
+        let mut shown = 0;
+        let mut visit = |row: usize, first: usize, end: usize| {
+            let cells = row * *columns + first..row * *columns + end;
+            let mut turned = 0_u16;
+            for (is_open, looks) in is_open[cells.clone()].iter().zip(&mut looks[cells]) {
+                *looks = looks.wrapping_add(change);
+                turned += *is_open & u16::from(*looks == turning);
+            }
+            shown += usize::from(turned);
+        };
+        shape.for_each_row(from, &seen, sight_m, true, &mut visit);
+        shape.for_each_row(from, &bar, under_m, false, &mut visit);
+        if turning == 1 {
+            *missed -= shown;
+        } else {
+            *missed += shown;
+        }
+    }
+
+    /// How far above a spot the ground lies that is seen from it and from a straight that begins there, at least and at most.
+    fn sight_m(&self, from: &Spot, straight_m: f32) -> (f32, f32) {
+        let (ahead_m, beside_m) =
+            (self.range_m * from.sin, self.range_m * self.triangle[1].ahead * from.cos);
+        let (left_m, right_m, end_m) =
+            (ahead_m + beside_m, ahead_m - beside_m, straight_m * from.sin);
+        let low_m = left_m.min(right_m).min(0.0) + end_m.min(0.0);
+        (low_m, left_m.max(right_m).max(0.0) + end_m.max(0.0))
+    }
+
+    /// The same for the ground under the bar.
+    fn under_m(&self, from: &Spot, straight_m: f32) -> (f32, f32) {
+        let (reach_m, end_m) = (self.half_deck_m + 1.0, straight_m * from.sin);
+        (end_m.min(0.0) - reach_m, end_m.max(0.0) + reach_m)
+    }
+
+    /// The triangle as far as it is certainly looked at from a planned spot.
+    fn planned_triangle(&self) -> [Border; 3] {
+        let [far, left, right] = self.triangle;
+        let late_m = LATE_M * self.triangle[1].ahead;
+        [
+            Border { at_m: far.at_m - LATE_M, ..far },
+            Border { at_m: -late_m, ..left },
+            Border { at_m: -late_m, ..right },
+        ]
+    }
+}
+
+/// How the pasture is cut.
+struct Shape {
+    columns: usize,
+    rows: usize,
+    cell_m: (f32, f32),
+}
+
+impl Shape {
+    /// Calls `visit` with a row, its first column and the end of its columns, for the cells whose centre lies within borders,
+    /// or all of which do; the ground within lies so far above the spot at least and at most.
+    #[inline]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "casts saturate")]
+    fn for_each_row<const BORDERS: usize>(
+        &self,
+        from: &Spot,
+        borders: &[Border; BORDERS],
+        (low_m, high_m): (f32, f32),
+        is_whole: bool,
+        visit: &mut impl FnMut(usize, usize, usize),
+    ) {
+        let (cell_x_m, cell_y_m) = self.cell_m;
+        // In world axes, relative to the spot: at + x dx + y dy.
+        let borders = borders.map(|border| {
+            let x = border.ahead * from.cos - border.left * from.sin;
+            let y = border.ahead * from.sin + border.left * from.cos;
+            let rim = if is_whole { 0.5 * (x.abs() * cell_x_m + y.abs() * cell_y_m) } else { 0.0 };
+            (border.at_m - rim, x, y)
+        });
+        let first_row = ((from.y_m + low_m) / cell_y_m).max(0.0) as usize;
+        let end_row = (((from.y_m + high_m) / cell_y_m + 1.0).max(0.0) as usize).min(self.rows);
+        let slopes = borders.map(|(_, x, _)| if x.abs() < 1e-6 { 0.0 } else { 1.0 / x });
+        for row in first_row..end_row {
+            let dy_m = (row as f32 + 0.5) * cell_y_m - from.y_m;
+            let (mut low_m, mut high_m) = (-from.x_m, self.columns as f32 * cell_x_m - from.x_m);
+            for (&(at, _, y), &slope) in borders.iter().zip(&slopes) {
+                let here = at + y * dy_m;
+                let border_m = -here * slope;
+                if slope > 0.0 {
+                    low_m = low_m.max(border_m);
+                } else if slope < 0.0 {
+                    high_m = high_m.min(border_m);
+                } else if here < 0.0 {
+                    high_m = f32::NEG_INFINITY;
+                }
+            }
+            if low_m > high_m {
+                continue;
+            }
+            let first = ((low_m + from.x_m) / cell_x_m + 0.5) as usize;
+            let end = (((high_m + from.x_m) / cell_x_m + 0.5) as usize).min(self.columns);
+            if first < end {
+                visit(row, first, end);
+            }
+        }
+    }
+}
