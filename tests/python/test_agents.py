@@ -40,6 +40,7 @@ def driven(env, agent):
     return np.array(points), mowed, info
 
 
+@pytest.mark.parametrize("name", [name for name in AGENTS if name != "horizon"])
 @pytest.mark.parametrize("scenario", ["cowbot-field", "pasture"])
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_drive_follows_the_native_path_to_a_centimetre(name, scenario, seed):
@@ -58,6 +59,16 @@ def test_drive_follows_the_native_path_to_a_centimetre(name, scenario, seed):
         assert agent.outcome == native.outcome == "done"
         assert points[-1, 2] == pytest.approx(native.path_length_m, abs=0.01)
         assert mowed == native.weeds_mowed
+
+
+def test_horizon_does_its_job_through_drive_where_rounding_makes_it_decide_otherwise():
+    native = swath.run_episode("horizon", scenario="cowbot-field", seed=0)
+    agent = swath.make_agent("horizon")
+    points, mowed, _ = driven(made_for(native, "drive"), agent)
+    assert mowed == native.weeds_mowed == native.weeds_total
+    # Both are far below the boustrophedon path, and a search that went another way is not much longer.
+    assert points[-1, 2] < 0.25 * native.bcp_length_m
+    assert native.path_length_m < 0.25 * native.bcp_length_m
 
 
 @pytest.mark.parametrize("name", ["jump", "bcp"])
@@ -135,7 +146,8 @@ def test_options_are_keywords_or_part_of_the_name():
         (
             "jmup",
             {},
-            "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, got `jmup`; did you mean `jump`?",
+            "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, horizon, got `jmup`; "
+            "did you mean `jump`?",
         ),
         ("bcp", {"spacng": "deck"}, "`bcp.spacng` is not a known key; did you mean `bcp.spacing`?"),
         ("bcp", {"spacing": "wide"}, "`bcp.spacing` must be `deck` or `sensor`, got `wide`"),

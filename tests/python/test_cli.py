@@ -109,7 +109,7 @@ def test_a_bad_scenario_is_refused_in_one_line_and_nothing_is_written(call, comm
         (["evaluate", "nowhere", "--agents", "jump"], "cannot read nowhere: no such file, and no shipped scenario"),
         (
             ["evaluate", "pasture", "--agents", "jmup"],
-            "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, got `jmup`",
+            "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, horizon, got `jmup`",
         ),
         (
             ["evaluate", "pasture", "--agents", "bcp:spacng=deck"],
@@ -317,7 +317,7 @@ def test_the_demo_leaves_a_table_rows_and_pictures(call):
     assert {"episodes.csv", "summary.json"} <= set(names("demo"))
     with Path("demo/episodes.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert len(rows) == 2 * 6 * 2
+    assert len(rows) == 2 * len(AGENTS) * 2
     assert not [name for name in names("demo") if name.startswith(".")]
     # Again, over its own files.
     assert call("demo", "--out", "demo", "--instances", 2)[0] == 0
