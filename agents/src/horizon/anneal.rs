@@ -2,6 +2,7 @@
 
 use std::f32::consts::TAU;
 
+use swath_core::math;
 use swath_core::rng::{StreamRng, below, bits, uniform};
 
 use super::deadline::Deadline;
@@ -35,7 +36,7 @@ pub(super) fn anneal(
         return;
     }
     let mut search = Search::new(plan, reach_m);
-    let cooling = (COLD_M / HOT_M).powf(1.0 / rounds as f32);
+    let cooling = cooling(HOT_M, COLD_M, rounds);
     let mut heat_m = HOT_M;
     for round in 0..rounds {
         if round.is_multiple_of(ROUNDS_A_CLOCK) && until.is_some_and(Deadline::is_over) {
@@ -367,6 +368,12 @@ impl Search {
         }
         self.number(first.min(slot), last.max(slot + count - 1));
     }
+}
+
+/// By what to multiply so many times to come from one number to a lower one, nearly: the system's power function rounds
+/// differently elsewhere.
+pub(super) fn cooling(from: f32, to: f32, times: usize) -> f32 {
+    (1.0 - single(math::ln((from / to).into())) / times as f32).max(0.0)
 }
 
 /// A number that is spread like a bell with a standard deviation of 1, but no farther than 3.

@@ -206,7 +206,8 @@ impl OpenGround {
 
     /// The ground under the bar, so far behind and ahead, in which a cell's centre lies whose corners are under it too.
     fn bar(&self, reach_m: f32) -> [Border; 4] {
-        let side_m = self.half_deck_m - 0.5 * self.cell_x_m.hypot(self.cell_y_m);
+        let side_m = self.half_deck_m
+            - 0.5 * (self.cell_x_m * self.cell_x_m + self.cell_y_m * self.cell_y_m).sqrt();
         [
             Border { at_m: reach_m, ahead: 1.0, left: 0.0 },
             Border { at_m: reach_m, ahead: -1.0, left: 0.0 },

@@ -5,7 +5,7 @@ use std::f32::consts::TAU;
 use swath_core::math;
 use swath_core::rng::{StreamRng, below, uniform};
 
-use super::anneal::bell;
+use super::anneal::{bell, cooling};
 use super::open::OpenGround;
 use super::plan::{Node, Plan};
 use super::spot::{Spot, cos_sin, single};
@@ -96,7 +96,7 @@ impl Views<'_> {
 
     /// Tries changes, of which fewer and fewer are accepted that make the plan worse.
     fn cool(&mut self, tries: usize, hot_m: f32, rng: &mut StreamRng) {
-        let cooling = (COLD_M / hot_m).powf(1.0 / tries as f32);
+        let cooling = cooling(hot_m, COLD_M, tries);
         let mut heat_m = hot_m;
         for tried in 0..tries {
             let price_m = PRICE_M * (1.0 + 10.0 * tried as f32 / tries as f32);
