@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from gymnasium.vector import AutoresetMode
 
+from swath import _native
 from swath.errors import ConfigError
 from swath.registration import ENTRY_POINTS
 from swath.remote.tls import tls
@@ -73,21 +74,24 @@ def make(
         ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
     """
     _check(env_id)
+    from swath.remote.batch import RemoteBatch
     from swath.remote.env import RemoteEnv
 
-    return RemoteEnv(
-        scenario,
-        connect=connect,
+    batch = RemoteBatch(
+        _native.Scenario(scenario, **blocks),
+        1,
+        "Disabled",
+        connect,
         server=server,
-        infos=infos,
+        infos=bool(infos),
         attempt_s=attempt_s,
         deadline_s=deadline_s,
         client=client,
         resume=resume,
         hash_every=hash_every,
         zenoh=zenoh,
-        **blocks,
     )
+    return RemoteEnv(batch)
 
 
 def make_vec(
@@ -133,24 +137,28 @@ def make_vec(
         ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
     """
     _check(env_id)
+    from swath.remote.batch import RemoteBatch
     from swath.remote.vector import RemoteVectorEnv
+    from swath.vector import MOST_ENVS, autoreset_from, checked_count
 
-    return RemoteVectorEnv(
+    mode = autoreset_from(autoreset_mode)
+    num_envs = checked_count("num_envs", num_envs, MOST_ENVS)
+    batch = RemoteBatch(
+        _native.Scenario(scenario, **blocks),
         num_envs,
-        scenario,
-        connect=connect,
+        mode.value,
+        connect,
         server=server,
-        autoreset_mode=autoreset_mode,
-        copy=copy,
-        infos=infos,
+        copy=bool(copy),
+        infos=bool(infos),
         attempt_s=attempt_s,
         deadline_s=deadline_s,
         client=client,
         resume=resume,
         hash_every=hash_every,
         zenoh=zenoh,
-        **blocks,
     )
+    return RemoteVectorEnv(batch, num_envs, mode)
 
 
 def _check(env_id: str) -> None:

@@ -8,9 +8,7 @@ import gymnasium as gym
 import numpy as np
 import numpy.typing as npt
 
-from swath import _native
 from swath.errors import ClosedError
-from swath.remote.batch import RemoteBatch
 from swath.seeds import drawn_seed
 from swath.spaces import action_space, observation_space
 from swath.vector import weeds_of
@@ -19,9 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any, TypeAlias
 
-    from typing_extensions import Unpack
-
-    from swath.scenario import Blocks, Scenario, ScenarioSource
+    from swath.remote.batch import RemoteBatch
+    from swath.scenario import Scenario
 
 __all__ = ["RemoteEnv"]
 
@@ -36,36 +33,9 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
 
     metadata: dict[str, object] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
 
-    def __init__(
-        self,
-        scenario: ScenarioSource = None,
-        *,
-        connect: str,
-        server: str = "default",
-        infos: bool = True,
-        attempt_s: float = 2.0,
-        deadline_s: float = 60.0,
-        client: str = "",
-        resume: bool = False,
-        hash_every: int = 64,
-        zenoh: dict[str, object] | None = None,
-        **blocks: Unpack[Blocks],
-    ) -> None:
-        """Opens a session; see `swath.remote.make`."""
-        self._batch: RemoteBatch | None = RemoteBatch(
-            _native.Scenario(scenario, **blocks),
-            1,
-            "Disabled",
-            connect,
-            server=server,
-            infos=bool(infos),
-            attempt_s=attempt_s,
-            deadline_s=deadline_s,
-            client=client,
-            resume=resume,
-            hash_every=hash_every,
-            zenoh=zenoh,
-        )
+    def __init__(self, batch: RemoteBatch) -> None:
+        """Takes over the session of a batch of one environment."""
+        self._batch: RemoteBatch | None = batch
         self.observation_space = observation_space(self._core.observation_spec)
         self.action_space = action_space(self._core.action_spec)
 
