@@ -1,18 +1,17 @@
 //! The batch behind a session: requests in, replies out.
 
-use std::borrow::Cow;
+mod columns;
+mod holdings;
+
 use std::path::Path;
 use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 use swath_core::action::{ActionError, ActionSpec};
-use swath_core::batch::{
-    Actions, Autoreset, BatchEnv, BatchError, BatchOptions, Last, StepMut, split,
-};
+use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchError, BatchOptions, Last};
 use swath_core::config::{Document, ValidScenario};
-use swath_core::env::{Beginning, Env, SnapshotError, weeds_in};
+use swath_core::env::{Beginning, Env};
 use swath_core::geometry::Point;
-use swath_core::grid::Grid;
 use swath_core::observation::Observation;
 
 use crate::codec;
@@ -27,6 +26,10 @@ use crate::message::{
 use crate::numbers::{self, bytes_in, bytes_of};
 use crate::percept::{Tables, Teller};
 use crate::room::{Bounds, Place, Room, Size};
+use columns::Columns;
+use holdings::{
+    bad_snapshot, check_size, check_weeds, most_of, most_weeds, weeds_of, weeds_of_rows,
+};
 
 /// The scenarios that can be opened.
 pub const ENV_ID: &str = "swath/MowerRouting-v0";
@@ -49,21 +52,6 @@ pub struct Hosted {
     place: Place,
     /// Of each environment, the most weeds that it has had or will draw: it keeps the memory for them.
     weeds: Vec<u64>,
-}
-
-/// What a step writes.
-#[derive(Debug)]
-struct Columns {
-    observation: Observation,
-    reward: Vec<f64>,
-    terminated: Vec<bool>,
-    truncated: Vec<bool>,
-    weed: Vec<f64>,
-    path: Vec<f64>,
-    failure: Vec<f64>,
-    is_clipped: Vec<bool>,
-    distance_m: Vec<f64>,
-    action_mask: Vec<bool>,
 }
 
 impl Hosted {
@@ -472,55 +460,6 @@ impl Hosted {
     }
 }
 
-/// Most weeds of an episode that the scenario itself begins.
-fn most_weeds(scenario: &ValidScenario) -> usize {
-    let weeds = &scenario.weeds;
-    weeds.positions_m.as_ref().map_or(weeds.count as usize, Vec::len)
-}
-
-/// Of each row the larger number.
-fn most_of(weeds: &[u64], others: impl IntoIterator<Item = u64>) -> Vec<u64> {
-    weeds.iter().zip(others).map(|(&weeds, other)| weeds.max(other)).collect()
-}
-
-/// The weeds of all rows together, if they are few enough.
-fn check_weeds(field: &str, weeds: &[u64], bounds: Bounds) -> Result<u64, Fault> {
-    let got = weeds.iter().fold(0_u64, |sum, &weeds| sum.saturating_add(weeds));
-    let most = bounds.max_weeds;
-    if got <= most {
-        return Ok(got);
-    }
-    let text = format!(
-        "`{field}` must leave at most {most} weeds in all environments of a session together, each counted with the most \
-         that it has had, got {got}"
-    );
-    Err(Fault::BadConfig { text })
-}
-
-/// Number of weeds in the snapshot of a row, of which it may have `most` where there are percepts.
-fn weeds_of(snapshot: &[u8], row: usize, most: Option<u64>) -> Result<u64, Fault> {
-    let weeds = weeds_in(snapshot).map_err(|error| bad_snapshot(&error))?;
-    match most {
-        Some(most) if weeds > most => {
-            let text = format!(
-                "`snapshot` must have at most {most} weeds in environment {row} with `percept`, got {weeds}"
-            );
-            Err(Fault::BadConfig { text })
-        }
-        _ => Ok(weeds),
-    }
-}
-
-/// The same of every row of a batch.
-fn weeds_of_rows(snapshot: &[u8], rows: usize, most: Option<u64>) -> Result<Vec<u64>, Fault> {
-    let snapshots = split(snapshot, rows).map_err(|error| bad_snapshot(&error))?;
-    snapshots.iter().enumerate().map(|(row, snapshot)| weeds_of(snapshot, row, most)).collect()
-}
-
-fn bad_snapshot(error: &SnapshotError) -> Fault {
-    Fault::BadConfig { text: error.to_string() }
-}
-
 /// Longest reply to a step of so many environments, bytes.
 fn longest_reply(layout: &Layout, rows: usize, teller: Option<&Teller>) -> usize {
     layout.longest_reply(rows).saturating_add(teller.map_or(0, |teller| teller.longest(rows)))
@@ -531,35 +470,6 @@ fn longest_reply(layout: &Layout, rows: usize, teller: Option<&Teller>) -> usize
 pub fn state_hash(batch: &BatchEnv) -> [u8; 16] {
     let hash: [u8; 32] = Sha256::digest(batch.snapshot()).into();
     std::array::from_fn(|i| hash[i])
-}
-
-/// Cells of so many environments, unless they are larger together than a session's may be.
-fn check_size(
-    scenario: &ValidScenario,
-    rows: u64,
-    has_percept: bool,
-    bounds: Bounds,
-) -> Result<u64, Fault> {
-    let pasture = &scenario.pasture;
-    let one = Grid::new(pasture.length_m, pasture.width_m).cells() as u64;
-    // A percept needs to know what it has told of each cell.
-    let (one, cells) = if has_percept {
-        (2 * one, "twice the cells of the pasture with `percept`, each 1 m by 1 m,")
-    } else {
-        (one, "the cells of the pasture, each 1 m by 1 m,")
-    };
-    let weeds = most_weeds(scenario) as u64;
-    for (what, one, most) in
-        [(cells, one, bounds.max_cells), ("the number of weeds", weeds, bounds.max_weeds)]
-    {
-        let all = rows.saturating_mul(one);
-        if all > most {
-            let text =
-                format!("`num_envs` x {what} must be at most {most} on this server, got {all}");
-            return Err(Fault::BadConfig { text });
-        }
-    }
-    Ok(rows.saturating_mul(one))
 }
 
 /// The seed of each environment.
@@ -610,64 +520,5 @@ fn rows_of(observation: &Observation, part: &str, wanted: &[usize], rows: usize)
         "candidates" => some(&observation.candidates, wanted, rows),
         "action_mask" => some(&observation.action_mask, wanted, rows),
         _ => some(&observation.maps, wanted, rows),
-    }
-}
-
-impl Columns {
-    fn new(batch: &BatchEnv) -> Self {
-        let rows = batch.rows().len();
-        let (zeros, flags) = (vec![0.0; rows], vec![false; rows]);
-        Self {
-            observation: batch.observation_spec().rows(rows),
-            reward: zeros.clone(),
-            terminated: flags.clone(),
-            truncated: flags.clone(),
-            weed: zeros.clone(),
-            path: zeros.clone(),
-            failure: zeros.clone(),
-            is_clipped: flags,
-            distance_m: zeros,
-            action_mask: vec![false; rows * batch.mask_width()],
-        }
-    }
-
-    fn out(&mut self) -> StepMut<'_> {
-        StepMut {
-            observation: self.observation.as_mut(),
-            reward: &mut self.reward,
-            terminated: &mut self.terminated,
-            truncated: &mut self.truncated,
-            weed: &mut self.weed,
-            path: &mut self.path,
-            failure: &mut self.failure,
-            is_clipped: &mut self.is_clipped,
-            distance_m: &mut self.distance_m,
-            action_mask: &mut self.action_mask,
-        }
-    }
-
-    fn observation(&self, layout: &Layout) -> Vec<Cow<'_, [u8]>> {
-        let Observation { features, candidates, action_mask, maps } = &self.observation;
-        let table = |name: &str| match name {
-            "features" => bytes_in(features),
-            "candidates" => bytes_in(candidates),
-            "action_mask" => bytes_in(action_mask),
-            _ => bytes_in(maps),
-        };
-        layout.observation.iter().map(|leaf| table(&leaf.name)).collect()
-    }
-
-    /// The tables of every info, or only the action mask.
-    fn info(&self, infos: bool) -> Vec<Cow<'_, [u8]>> {
-        let mut tables = Vec::new();
-        if infos {
-            tables.extend([&self.weed, &self.path, &self.failure].map(|terms| bytes_in(terms)));
-            tables.push(bytes_in(&self.is_clipped));
-        }
-        if !self.action_mask.is_empty() {
-            tables.extend(infos.then(|| bytes_in(&self.distance_m)));
-            tables.push(bytes_in(&self.action_mask));
-        }
-        tables
     }
 }
