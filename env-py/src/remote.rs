@@ -6,9 +6,11 @@ mod part;
 mod perception;
 mod receive;
 
+use bytes::Bytes;
 use numpy::{PyArray2, PyReadonlyArray1};
 use pyo3::exceptions::PyAttributeError;
 use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
 use pyo3::types::{PyBytes, PyDict};
 use swath_core::action::{ActionError, ActionSpec};
 use swath_core::batch::{
@@ -219,9 +221,10 @@ impl RemoteBatch {
     }
 
     /// A server has answered. Returns whether the call is over, so that nothing more has to be waited for.
-    fn on_reply(&mut self, part: usize, now_ms: u64, message: &[u8]) -> bool {
+    fn on_reply(&mut self, part: usize, now_ms: u64, message: PyBackedBytes) -> bool {
         let session = &mut self.parts[part].session;
-        session.on_reply(now_ms, message);
+        // Python's bytes are kept, not copied.
+        session.on_reply(now_ms, Bytes::from_owner(message));
         session.is_done()
     }
 

@@ -1,14 +1,13 @@
 //! The thread between Zenoh and the workers.
 
 use std::collections::BTreeMap;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel, sync_channel};
-use std::thread::JoinHandle;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration;
 
 use swath_core::config;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Verb};
-use swath_wire::hosted::{ENV_ID, Hosted};
+use swath_wire::hosted::ENV_ID;
 use swath_wire::message::EnvInfo;
 use swath_wire::room::Room;
 use swath_wire::server::{QueryId, ServerOptions, ServerOutput, ServerSessions};
@@ -20,7 +19,7 @@ use crate::front::{Arrival, Front, FrontError};
 use crate::options::Options;
 use crate::post::Post;
 use crate::settings::{settings, settings_to_ask};
-use crate::worker::{self, Done, Task};
+use crate::worker::{Done, Resting, Task, Workers};
 
 /// What may wait to be looked at: more is dropped, and asked again.
 const WAITING: usize = 4096;
@@ -59,9 +58,8 @@ pub struct Server {
     post: Post,
     sessions: ServerSessions,
     events: Receiver<Event>,
-    tasks: Sender<Task>,
-    workers: Vec<JoinHandle<()>>,
-    hosted: BTreeMap<u128, Box<Hosted>>,
+    workers: Workers,
+    resting: BTreeMap<u128, Resting>,
     /// Queries that are not answered yet, without their payloads, and the session that each says it is of.
     queries: BTreeMap<QueryId, (Box<Query>, u128)>,
     next_query: u64,
@@ -100,14 +98,13 @@ impl Server {
     pub fn open(mut options: Options) -> Result<(Self, Stop), FrontError> {
         let boot_id = random();
         let (events_in, events) = sync_channel::<Event>(WAITING);
-        let (tasks, tasks_out) = channel();
         options.listen =
             options.listen.with_port().map_err(|error| FrontError::Zenoh(error.to_string()))?;
         let (config, most) = (settings(&options)?, options.max_waiting);
         let to_ask = settings_to_ask(&options)?;
         let front = Front::open(config, to_ask, &options.name, boot_id, most, &events_in)?;
         let room = Room::new(options.bounds, options.all_bounds);
-        let workers = worker::start(options.workers, options.limits, &room, tasks_out, &events_in);
+        let workers = Workers::start(options.workers, options.limits, &room, &events_in);
         let schema = serde_json::to_string(&config::schema()).expect("a schema is JSON");
         let envs =
             vec![EnvInfo { id: ENV_ID.to_owned(), config_schema: schema, autoreset: EVERY_MODE }];
@@ -130,9 +127,8 @@ impl Server {
             post: Post::new(most),
             sessions,
             events,
-            tasks,
             workers,
-            hosted: BTreeMap::new(),
+            resting: BTreeMap::new(),
             queries: BTreeMap::new(),
             next_query: 0,
             running: 0,
@@ -188,13 +184,7 @@ impl Server {
                 self.carry_out(output);
             }
         }
-        drop(self.tasks);
-        if self.running == 0 {
-            for worker in self.workers {
-                // A worker catches what its environments throw.
-                let _ = worker.join();
-            }
-        }
+        self.workers.end();
         self.post.close();
         self.front.close()?;
         tracing::info!("stopped");
@@ -217,6 +207,7 @@ impl Server {
 
     fn put_away(&mut self, now_ms: u64, done: Done) {
         self.running -= 1;
+        self.workers.is_free(done.worker);
         let session = short(done.sid);
         match &done.result {
             Err(fault @ Fault::EnvFault { .. }) => {
@@ -229,7 +220,7 @@ impl Server {
             Ok(done) => tracing::trace!(session, steps = done.steps, "answered"),
         }
         if let Some(hosted) = done.hosted {
-            self.hosted.insert(done.sid, hosted);
+            self.resting.insert(done.sid, Resting { hosted, worker: done.worker });
         }
         self.sessions.on_finished(now_ms, done.job, done.result);
     }
@@ -243,8 +234,8 @@ impl Server {
         match output {
             ServerOutput::Start(job) => {
                 self.running += 1;
-                let hosted = self.hosted.remove(&job.sid);
-                self.tasks.send(Task { job, hosted }).expect("the workers end after the server");
+                let resting = self.resting.remove(&job.sid);
+                self.workers.give(Task { job, resting });
             }
             ServerOutput::Reply { query, message } => {
                 if let Some((query, sid)) = self.queries.remove(&query) {
@@ -258,7 +249,7 @@ impl Server {
             }
             ServerOutput::Free { sid } => {
                 tracing::info!(session = short(sid), "freed");
-                self.hosted.remove(&sid);
+                self.resting.remove(&sid);
             }
         }
     }

@@ -1,8 +1,9 @@
 //! Environments at work.
 
+use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::mpsc::{Receiver, SyncSender};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
+use std::sync::mpsc::{Sender, SyncSender, channel};
 use std::thread::JoinHandle;
 
 use swath_wire::codec;
@@ -13,13 +14,22 @@ use swath_wire::message::Limits;
 use swath_wire::room::Room;
 use swath_wire::server::{Finished, Job, JobId};
 
+/// Environments that rest, and the worker that stepped them last.
+#[derive(Debug)]
+pub struct Resting {
+    /// The environments.
+    pub hosted: Box<Hosted>,
+    /// The worker: what they are made of may still lie in its core's cache.
+    pub worker: usize,
+}
+
 /// A job, with the environments that it is for; an open has none yet.
 #[derive(Debug)]
 pub struct Task {
     /// What is to be done.
     pub job: Job,
     /// The environments.
-    pub hosted: Option<Box<Hosted>>,
+    pub resting: Option<Resting>,
 }
 
 /// A job that is done.
@@ -31,53 +41,114 @@ pub struct Done {
     pub verb: Verb,
     /// Its session.
     pub sid: u128,
+    /// Who did it.
+    pub worker: usize,
     /// The environments, unless they failed or were never built.
     pub hosted: Option<Box<Hosted>>,
     /// The reply.
     pub result: Result<Finished, Fault>,
 }
 
-/// Starts so many workers, which take tasks one after the other until their channel ends.
+/// Threads that do tasks.
 ///
-/// # Panics
-///
-/// If the system has no threads to give.
-#[must_use]
-pub fn start<E: From<Done> + Send + 'static>(
-    workers: usize,
-    limits: Limits,
-    room: &Arc<Room>,
-    tasks: Receiver<Task>,
-    events: &SyncSender<E>,
-) -> Vec<JoinHandle<()>> {
-    let tasks = Arc::new(Mutex::new(tasks));
-    let worker = |number: usize| {
-        let (tasks, events) = (Arc::clone(&tasks), events.clone());
-        let room = Arc::clone(room);
-        let work = move || {
-            loop {
-                let task = tasks.lock().unwrap_or_else(PoisonError::into_inner).recv();
-                let Ok(task) = task else { return };
-                if events.send(E::from(carry_out(task, &limits, &room))).is_err() {
-                    return;
+/// A task goes to the worker that had its environments last if that one is free, or else to the one that has worked most
+/// recently: what it needs is then more likely to lie in a cache near by.
+#[derive(Debug)]
+pub struct Workers {
+    seats: Vec<Seat>,
+    /// Who is free, the one that has worked most recently last.
+    free: Vec<usize>,
+    waiting: VecDeque<Task>,
+}
+
+#[derive(Debug)]
+struct Seat {
+    tasks: Sender<Task>,
+    thread: JoinHandle<()>,
+}
+
+impl Workers {
+    /// Starts so many workers; what is done they tell `events`, and whoever reads those tells [`Self::is_free`].
+    ///
+    /// # Panics
+    ///
+    /// If the system has no threads to give.
+    #[must_use]
+    pub fn start<E: From<Done> + Send + 'static>(
+        count: usize,
+        limits: Limits,
+        room: &Arc<Room>,
+        events: &SyncSender<E>,
+    ) -> Self {
+        let seat = |worker: usize| {
+            let (tasks, tasks_out) = channel();
+            let (room, events) = (Arc::clone(room), events.clone());
+            let work = move || {
+                for task in tasks_out {
+                    let done = carry_out(worker, task, &limits, &room);
+                    if events.send(E::from(done)).is_err() {
+                        return;
+                    }
                 }
-            }
+            };
+            let thread = std::thread::Builder::new().name(format!("swath-worker-{worker}"));
+            Seat { tasks, thread: thread.spawn(work).expect("the system has threads to give") }
         };
-        std::thread::Builder::new()
-            .name(format!("swath-worker-{number}"))
-            .spawn(work)
-            .expect("the system has threads to give")
-    };
-    (0..workers).map(worker).collect()
+        let seats: Vec<Seat> = (0..count).map(seat).collect();
+        Self { free: (0..seats.len()).collect(), seats, waiting: VecDeque::new() }
+    }
+
+    /// Has a task done, as soon as somebody is free.
+    ///
+    /// # Panics
+    ///
+    /// If a worker has ended.
+    pub fn give(&mut self, task: Task) {
+        let last = task.resting.as_ref().map(|resting| resting.worker);
+        let place = self.free.iter().position(|&free| Some(free) == last);
+        let worker = match place {
+            Some(place) => Some(self.free.remove(place)),
+            None => self.free.pop(),
+        };
+        match worker {
+            Some(worker) => self.seats[worker].tasks.send(task).expect("workers end with us"),
+            None => self.waiting.push_back(task),
+        }
+    }
+
+    /// A worker has done its task.
+    ///
+    /// # Panics
+    ///
+    /// If a worker has ended.
+    pub fn is_free(&mut self, worker: usize) {
+        self.free.push(worker);
+        if let Some(task) = self.waiting.pop_front() {
+            self.give(task);
+        }
+    }
+
+    /// Ends the workers; waits for them if none has a task.
+    pub fn end(self) {
+        let are_all_free = self.free.len() == self.seats.len();
+        for Seat { tasks, thread } in self.seats {
+            drop(tasks);
+            if are_all_free {
+                // A worker catches what its environments throw.
+                let _ = thread.join();
+            }
+        }
+    }
 }
 
 /// Does one job.
-fn carry_out(task: Task, limits: &Limits, room: &Arc<Room>) -> Done {
-    let Task { job, hosted } = task;
+fn carry_out(worker: usize, task: Task, limits: &Limits, room: &Arc<Room>) -> Done {
+    let Task { job, resting } = task;
     let (id, sid, seq) = (job.id, job.sid, job.header.seq);
     let Kind::Request(verb) = job.header.kind else { unreachable!("jobs are requests") };
+    let hosted = resting.map(|resting| resting.hosted);
     let (hosted, result) = guarded(seq, || answer(&job, hosted, limits, room));
-    Done { job: id, verb, sid, hosted, result }
+    Done { job: id, verb, sid, worker, hosted, result }
 }
 
 /// A panic of the environments is the end of them, and of nothing else.
@@ -129,7 +200,46 @@ fn open(
 
 #[cfg(test)]
 mod tests {
+    use std::sync::mpsc::{Receiver, sync_channel};
+
+    use swath_wire::room::Bounds;
+    use swath_wire::server::JobId;
+
     use super::*;
+
+    /// A task that fails at once, since its session has no environments.
+    fn task(id: u64) -> Task {
+        let header = Header { boot_id: 1, sid: 1, seq: id, kind: Kind::Request(Verb::Step) };
+        let message = codec::write_empty(&header).into();
+        Task { job: Job { id: JobId(id), sid: 1, lid: 1, header, message }, resting: None }
+    }
+
+    fn done(events: &Receiver<Done>, workers: &mut Workers) -> usize {
+        let worker = events.recv().unwrap().worker;
+        workers.is_free(worker);
+        worker
+    }
+
+    #[test]
+    fn who_has_worked_last_works_next_and_what_is_too_much_waits() {
+        let (events_in, events) = sync_channel(8);
+        let bounds = Bounds { max_cells: 0, max_weeds: 0 };
+        let room = Room::new(bounds, bounds);
+        let mut workers = Workers::start(3, Limits::default(), &room, &events_in);
+        workers.give(task(0));
+        let first = done(&events, &mut workers);
+        for id in 1..9 {
+            workers.give(task(id));
+            assert_eq!(done(&events, &mut workers), first);
+        }
+        (9..14).for_each(|id| workers.give(task(id)));
+        assert_eq!((workers.free.len(), workers.waiting.len()), (0, 2));
+        for _ in 9..14 {
+            done(&events, &mut workers);
+        }
+        assert_eq!((workers.free.len(), workers.waiting.len()), (3, 0));
+        workers.end();
+    }
 
     #[test]
     fn a_panic_ends_the_environments_and_nothing_else() {

@@ -11,10 +11,11 @@ use std::fmt;
 use std::sync::Arc;
 
 use bincode::Encode;
+use bytes::Bytes;
 
 use crate::codec;
 use crate::fault::Fault;
-use crate::header::{Header, HeaderError, Kind, Verb};
+use crate::header::{HEADER_BYTES, Header, HeaderError, Kind, Verb};
 use crate::message::{Open, OpenReply};
 
 /// How patient a client is.
@@ -111,7 +112,7 @@ pub enum ClientOutput {
         until_ms: u64,
     },
     /// The call has ended: with all bytes of the reply, or without.
-    Done(Result<Vec<u8>, ClientError>),
+    Done(Result<Bytes, ClientError>),
     /// There is no call.
     Idle,
 }
@@ -126,7 +127,7 @@ pub struct ClientSession {
     /// Why the session is over.
     lost: Option<Fault>,
     call: Option<Call>,
-    done: Option<Result<Vec<u8>, ClientError>>,
+    done: Option<Result<Bytes, ClientError>>,
     /// A call that was not answered in time.
     doubt: Option<Doubt>,
     answered: Option<Answered>,
@@ -287,9 +288,9 @@ impl ClientSession {
         Ok(())
     }
 
-    /// A message has come back.
-    pub fn on_reply(&mut self, now_ms: u64, message: &[u8]) {
-        let (header, payload) = match Header::read(message) {
+    /// A message has come back; it is kept as it is, not copied.
+    pub fn on_reply(&mut self, now_ms: u64, message: Bytes) {
+        let (header, payload) = match Header::read(&message) {
             Ok(parts) => parts,
             Err(HeaderError::Version { major }) if self.call.is_some() => {
                 let fault = Fault::VersionMismatch { least: major, most: major };
@@ -325,7 +326,7 @@ impl ClientSession {
         self.answered = Some(Answered { verb, header: asked, boot_id, attempts: call.attempts });
         match fault {
             Some(fault) => self.on_fault(now_ms, fault),
-            None => self.on_answer(now_ms, &header, payload, message),
+            None => self.on_answer(now_ms, &header, message),
         }
     }
 
@@ -474,11 +475,11 @@ impl ClientSession {
     }
 
     /// The answer to the request that was sent, in full.
-    fn on_answer(&mut self, now_ms: u64, header: &Header, payload: &[u8], message: &[u8]) {
+    fn on_answer(&mut self, now_ms: u64, header: &Header, message: Bytes) {
         let call = self.call.as_ref().expect("it is answered");
         let (verb, seq) = (call.request.verb, call.request.header.seq);
         match verb {
-            Verb::Open => match codec::read::<OpenReply>(payload) {
+            Verb::Open => match codec::read::<OpenReply>(&message[HEADER_BYTES..]) {
                 Ok(OpenReply { sid, lid, .. }) if sid == header.sid => {
                     self.session = Some(Session { boot_id: header.boot_id, sid, lid });
                     (self.seq, self.lost) = (0, None);
@@ -492,7 +493,7 @@ impl ClientSession {
         if self.go_on(now_ms) {
             return;
         }
-        self.finish(Ok(message.to_vec()));
+        self.finish(Ok(message));
     }
 
     fn on_fault(&mut self, now_ms: u64, fault: Fault) {
@@ -576,7 +577,7 @@ impl ClientSession {
         ClientError::Timeout { waited_ms, attempts: call.attempts }
     }
 
-    fn finish(&mut self, result: Result<Vec<u8>, ClientError>) {
+    fn finish(&mut self, result: Result<Bytes, ClientError>) {
         let call = self.call.take().expect("a call is in flight");
         if call.request.verb.has_session() || call.request.verb == Verb::Open {
             self.doubt = None;

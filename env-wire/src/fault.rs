@@ -87,7 +87,9 @@ pub enum Fault {
     },
     /// The server has no room for another session, or for what this one asks for: it counts sessions, bytes of the replies
     /// that it keeps, cells of pastures, and weeds.
-    #[error("{used} of {most} places are taken")]
+    #[error(
+        "the server is full: {used} of {most} sessions, bytes of kept replies, cells of pastures or weeds are taken"
+    )]
     Capacity {
         /// How many or how much of them others have taken.
         used: u64,

@@ -13,6 +13,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use bincode::Encode;
+use bytes::Bytes;
 use sha2::{Digest, Sha256};
 
 use crate::client::{ClientError, ClientOptions, ClientOutput, ClientSession};
@@ -52,7 +53,7 @@ pub struct ResumingSession {
     /// The number that the first wish has if it is carried out.
     first_seq: u64,
     /// A reply that the caller is given once what has to be done before is done.
-    held: Option<Vec<u8>>,
+    held: Option<Bytes>,
     /// A session is lost and there is none in its place.
     is_lost: bool,
     /// The call in flight is for no session.
@@ -64,7 +65,7 @@ pub struct ResumingSession {
 }
 
 /// How a call ends: with all bytes of the reply, or without.
-type Outcome = Result<Vec<u8>, ClientError>;
+type Outcome = Result<Bytes, ClientError>;
 
 /// What a call in flight is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -208,7 +209,7 @@ impl ResumingSession {
     }
 
     /// As [`ClientSession::on_reply`].
-    pub fn on_reply(&mut self, now_ms: u64, message: &[u8]) {
+    pub fn on_reply(&mut self, now_ms: u64, message: Bytes) {
         self.session.on_reply(now_ms, message);
     }
 
@@ -253,7 +254,7 @@ impl ResumingSession {
     }
 
     /// As [`ClientSession::abandon`]; what the caller's call has brought already is returned.
-    pub fn abandon(&mut self, now_ms: u64) -> Option<Result<Vec<u8>, ClientError>> {
+    pub fn abandon(&mut self, now_ms: u64) -> Option<Result<Bytes, ClientError>> {
         if let ClientOutput::Done(result) = self.poll(now_ms) {
             return Some(result);
         }
@@ -421,7 +422,7 @@ impl ResumingSession {
     }
 
     /// Puts the wishes that were carried out into the journal; those that were not stay.
-    fn settle(&mut self, reply: Option<&Vec<u8>>) {
+    fn settle(&mut self, reply: Option<&Bytes>) {
         let carried_out = self.session.next_seq() - self.first_seq;
         if let Some(reply) = reply {
             // Of two, the first may have been refused.
@@ -439,7 +440,7 @@ impl ResumingSession {
         self.first_seq = self.session.next_seq();
     }
 
-    fn keep(&mut self, place: usize, reply: Option<&Vec<u8>>) {
+    fn keep(&mut self, place: usize, reply: Option<&Bytes>) {
         let wish = self.wishes[place].clone();
         // Without a snapshot there is nothing that the requests since could follow.
         let can_resume = |memory: &&mut Memory| memory.gap.is_none() && wish.verb.is_numbered();
@@ -450,7 +451,7 @@ impl ResumingSession {
     }
 
     /// Gives the caller a reply, after a snapshot if one is due.
-    fn deliver(&mut self, now_ms: u64, message: Vec<u8>) -> Option<Outcome> {
+    fn deliver(&mut self, now_ms: u64, message: Bytes) -> Option<Outcome> {
         let (options, memory) = (self.options?, self.memory.as_ref()?);
         let requests = self.session.next_seq() - 1;
         let is_long = memory.journal.len() >= options.snapshot_every as usize
@@ -468,7 +469,7 @@ impl ResumingSession {
     }
 
     /// Asks for a snapshot; the caller's reply waits for it.
-    fn save(&mut self, now_ms: u64, message: Vec<u8>) -> Option<Outcome> {
+    fn save(&mut self, now_ms: u64, message: Bytes) -> Option<Outcome> {
         if self.session.call(now_ms, Verb::Snapshot, &Snapshot { env: None }).is_err() {
             return Some(self.end(Ok(message)));
         }
@@ -550,7 +551,7 @@ impl ResumingSession {
     }
 
     /// Sends a wish, or gives the caller the last reply if there are no more.
-    fn fulfil(&mut self, now_ms: u64, last: Option<Vec<u8>>) -> Option<Outcome> {
+    fn fulfil(&mut self, now_ms: u64, last: Option<Bytes>) -> Option<Outcome> {
         let Some(Wish { verb, payload }) = self.wishes.first().cloned() else {
             return self.deliver(now_ms, last?);
         };

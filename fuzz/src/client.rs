@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, LazyLock};
 
+use bytes::Bytes;
 use swath_wire::client::{ClientOptions, ClientOutput};
 use swath_wire::codec;
 use swath_wire::header::{HEADER_BYTES, Header, Kind, Verb};
@@ -57,7 +58,7 @@ impl Bench {
         let open: Open = codec::read(&OPEN[HEADER_BYTES..]).expect("a golden message can be read");
         bench.client.open(0, &open).expect("a new client has no session");
         bench.poll();
-        bench.client.on_reply(0, &golden::message("open_reply"));
+        bench.client.on_reply(0, golden::message("open_reply").into());
         bench.poll();
         if resume.is_some() {
             // It begins with a snapshot.
@@ -77,9 +78,9 @@ impl Bench {
             header.message(bytes.len(), |payload| payload.extend(bytes))
         };
         match what {
-            MESSAGE => client.on_reply(*now_ms, bytes),
-            PAYLOAD => client.on_reply(*now_ms, &answer(Kind::Reply)),
-            FAULT => client.on_reply(*now_ms, &answer(|_| Kind::Fault)),
+            MESSAGE => client.on_reply(*now_ms, Bytes::copy_from_slice(bytes)),
+            PAYLOAD => client.on_reply(*now_ms, answer(Kind::Reply).into()),
+            FAULT => client.on_reply(*now_ms, answer(|_| Kind::Fault).into()),
             NOTHING => client.on_nothing(*now_ms),
             TIMEOUT => client.on_timeout(*now_ms),
             CALL => self.call(bytes),

@@ -214,7 +214,7 @@ def test_a_full_server_says_so_and_a_client_that_leaves_makes_room(own_server):
         return swath.remote.make(ENV_ID, connect=own_server.endpoint)
 
     first, second = open_one(), open_one()
-    with pytest.raises(swath.RemoteError, match="2 of 2 places are taken"):
+    with pytest.raises(swath.RemoteError, match="the server is full: 2 of 2 sessions"):
         open_one()
     first.close()
     open_one().close()

@@ -1,5 +1,6 @@
 //! Some rows of a batch on one of its servers.
 
+use bytes::Bytes;
 use swath_wire::client::ClientError;
 use swath_wire::resume::ResumingSession;
 
@@ -12,7 +13,7 @@ pub(super) struct Part {
     pub(super) rows: usize,
     /// Whether it has a part in the call in flight, and what it has answered.
     pub(super) was_asked: bool,
-    pub(super) reply: Option<Result<Vec<u8>, ClientError>>,
+    pub(super) reply: Option<Result<Bytes, ClientError>>,
 }
 
 impl Part {
@@ -38,7 +39,7 @@ pub(super) fn settled(parts: &[Part]) -> Result<(), Error> {
 }
 
 /// What every server that was asked has answered.
-pub(super) fn replies(parts: &mut [Part]) -> Result<Vec<Vec<u8>>, Error> {
+pub(super) fn replies(parts: &mut [Part]) -> Result<Vec<Bytes>, Error> {
     let has_failed = |part: &Part| matches!(part.reply, Some(Err(_)));
     if let Some(part) = parts.iter_mut().find(|part| has_failed(part)) {
         // A server that has not answered in time can be asked once more.

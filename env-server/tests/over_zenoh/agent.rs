@@ -135,7 +135,7 @@ impl Agent {
                     let wait_ms = until_ms.saturating_sub(self.clock.now_ms());
                     std::thread::sleep(Duration::from_millis(wait_ms));
                 }
-                ClientOutput::Done(result) => return result,
+                ClientOutput::Done(result) => return result.map(Vec::from),
                 ClientOutput::Idle => unreachable!("a call is in flight"),
             }
         }
@@ -151,7 +151,10 @@ impl Agent {
                 is_silent = false;
                 let now_ms = self.clock.now_ms();
                 match reply.result() {
-                    Ok(sample) => self.machine.on_reply(now_ms, &sample.payload().to_bytes()),
+                    Ok(sample) => {
+                        let message = sample.payload().to_bytes().into_owned();
+                        self.machine.on_reply(now_ms, message.into());
+                    }
                     Err(_) => self.machine.on_timeout(now_ms),
                 }
             }

@@ -27,7 +27,7 @@ fn open() -> Open<'static> {
     }
 }
 
-fn opened(boot_id: u128) -> Vec<u8> {
+fn opened(boot_id: u128) -> Bytes {
     let reply = OpenReply {
         sid: 5,
         lid: 6,
@@ -40,8 +40,8 @@ fn opened(boot_id: u128) -> Vec<u8> {
         max_reply: 0,
         limits: Limits::default(),
     };
-    codec::write(&Header { boot_id, sid: 5, seq: 0, kind: Kind::Reply(Verb::Open) }, &reply)
-        .unwrap()
+    let header = Header { boot_id, sid: 5, seq: 0, kind: Kind::Reply(Verb::Open) };
+    codec::write(&header, &reply).unwrap().into()
 }
 
 /// A client whose session is open.
@@ -49,7 +49,7 @@ fn client() -> ClientSession {
     let mut client = ClientSession::new(OPTIONS);
     client.open(0, &open()).unwrap();
     assert_eq!(sent(&mut client, 0).kind, Kind::Request(Verb::Open));
-    client.on_reply(0, &opened(BOOT));
+    client.on_reply(0, opened(BOOT));
     assert_eq!(client.poll(0), ClientOutput::Done(Ok(opened(BOOT))));
     client
 }
@@ -74,12 +74,12 @@ fn sent(client: &mut ClientSession, now_ms: u64) -> Header {
     Header::read(&message).unwrap().0
 }
 
-fn reply(verb: Verb, seq: u64) -> Vec<u8> {
-    codec::write_empty(&Header { boot_id: BOOT, sid: 5, seq, kind: Kind::Reply(verb) })
+fn reply(verb: Verb, seq: u64) -> Bytes {
+    codec::write_empty(&Header { boot_id: BOOT, sid: 5, seq, kind: Kind::Reply(verb) }).into()
 }
 
-fn fault(seq: u64, fault: &Fault) -> Vec<u8> {
-    codec::write_fault(&Header { boot_id: BOOT, sid: 5, seq, kind: Kind::Fault }, fault)
+fn fault(seq: u64, fault: &Fault) -> Bytes {
+    codec::write_fault(&Header { boot_id: BOOT, sid: 5, seq, kind: Kind::Fault }, fault).into()
 }
 
 /// Lets a call end without an answer; returns when.
@@ -113,7 +113,7 @@ fn an_open_session_knows_its_names_and_counts_from_one() {
         let kind = Kind::Request(Verb::Step);
         assert_eq!(sent(&mut client, 1), Header { boot_id: BOOT, sid: 5, seq, kind });
         assert_eq!(step(&mut client, 1), Err(ClientError::Busy));
-        client.on_reply(2, &reply(Verb::Step, seq));
+        client.on_reply(2, reply(Verb::Step, seq));
         assert_eq!(client.poll(2), ClientOutput::Done(Ok(reply(Verb::Step, seq))));
         assert_eq!(client.poll(2), ClientOutput::Idle);
     }
@@ -128,11 +128,11 @@ fn what_answers_something_else_is_ignored() {
     let strays = [
         reply(Verb::Step, 0),
         reply(Verb::Reset, 1),
-        codec::write_empty(&other_sid),
+        codec::write_empty(&other_sid).into(),
         fault(2, &Fault::BadSeq { expected: 1 }),
-        b"abc".to_vec(),
+        Bytes::from_static(b"abc"),
     ];
-    for (i, stray) in strays.iter().enumerate() {
+    for (i, stray) in strays.into_iter().enumerate() {
         client.on_reply(1, stray);
         assert_eq!(
             (client.poll(1), client.ignored()),
@@ -153,10 +153,10 @@ fn silence_and_a_busy_server_are_asked_again_with_the_same_bytes() {
     client.on_timeout(until_ms + 100);
     let ClientOutput::Wait { until_ms } = client.poll(until_ms + 100) else { panic!() };
     assert_eq!(client.poll(until_ms), first);
-    client.on_reply(until_ms, &fault(1, &Fault::Busy { retry_ms: 500 }));
+    client.on_reply(until_ms, fault(1, &Fault::Busy { retry_ms: 500 }));
     assert_eq!(client.poll(until_ms), ClientOutput::Wait { until_ms: until_ms + 500 });
     // A late reply to an earlier attempt is a reply.
-    client.on_reply(until_ms + 1, &reply(Verb::Step, 1));
+    client.on_reply(until_ms + 1, reply(Verb::Step, 1));
     assert!(matches!(client.poll(until_ms + 1), ClientOutput::Done(Ok(_))));
 }
 
@@ -180,7 +180,7 @@ fn a_call_without_an_answer_can_be_retried() {
     assert_eq!(client.call(now_ms, Verb::Snapshot, &1_u8), Err(ClientError::InDoubt));
     client.retry(now_ms).unwrap();
     assert_eq!(sent(&mut client, now_ms).seq, 1);
-    client.on_reply(now_ms, &reply(Verb::Step, 1));
+    client.on_reply(now_ms, reply(Verb::Step, 1));
     assert!(matches!(client.poll(now_ms), ClientOutput::Done(Ok(_))));
     assert_eq!((client.is_in_doubt(), client.next_seq()), (false, 2));
 }
@@ -194,10 +194,10 @@ fn a_reset_settles_what_is_in_doubt_first() {
         let now_ms = given_up(&mut client, 0);
         client.call(now_ms, Verb::Reset, &3_u8).unwrap();
         assert_eq!(sent(&mut client, now_ms).kind, Kind::Request(Verb::Step));
-        client.on_reply(now_ms, &answer);
+        client.on_reply(now_ms, answer);
         let reset = sent(&mut client, now_ms);
         assert_eq!((reset.kind, reset.seq), (Kind::Request(Verb::Reset), next));
-        client.on_reply(now_ms, &reply(Verb::Reset, next));
+        client.on_reply(now_ms, reply(Verb::Reset, next));
         let done = reply(Verb::Reset, next);
         assert_eq!(client.poll(now_ms), ClientOutput::Done(Ok(done)));
         assert_eq!(client.next_seq(), next + 1);
@@ -213,7 +213,7 @@ fn a_retry_of_a_reset_that_had_to_settle_a_step_is_the_reset() {
     let now_ms = given_up(&mut client, now_ms);
     client.retry(now_ms).unwrap();
     assert_eq!(sent(&mut client, now_ms).kind, Kind::Request(Verb::Step));
-    client.on_reply(now_ms, &reply(Verb::Step, 1));
+    client.on_reply(now_ms, reply(Verb::Step, 1));
     assert_eq!(sent(&mut client, now_ms).kind, Kind::Request(Verb::Reset));
 }
 
@@ -224,7 +224,7 @@ fn a_close_ends_the_session_whatever_is_in_doubt() {
     let now_ms = given_up(&mut client, 0);
     client.call_empty(now_ms, Verb::Close).unwrap();
     assert_eq!(sent(&mut client, now_ms).kind, Kind::Request(Verb::Close));
-    client.on_reply(now_ms, &reply(Verb::Close, 0));
+    client.on_reply(now_ms, reply(Verb::Close, 0));
     assert!(matches!(client.poll(now_ms), ClientOutput::Done(Ok(_))));
     assert_eq!(step(&mut client, now_ms), Err(ClientError::NotOpen));
     client.open(now_ms, &open()).unwrap();
@@ -239,7 +239,7 @@ fn a_fault_ends_the_call_and_the_loss_of_the_session_all_calls() {
     ] {
         step(&mut client, 0).unwrap();
         assert_eq!(sent(&mut client, 0).seq, 1);
-        client.on_reply(1, &fault(1, &fault_));
+        client.on_reply(1, fault(1, &fault_));
         assert_eq!(client.poll(1), ClientOutput::Done(Err(fault_.clone().into())));
         assert_eq!((client.next_seq(), client.is_in_doubt()), (1, false));
         if is_over {
@@ -252,18 +252,18 @@ fn a_fault_ends_the_call_and_the_loss_of_the_session_all_calls() {
 #[test]
 fn two_servers_of_one_name_are_noticed() {
     let mut client = client();
-    client.on_reply(1, &opened(BOOT + 1));
+    client.on_reply(1, opened(BOOT + 1));
     assert_eq!(step(&mut client, 1), Err(ClientError::TwoServers));
 
     let mut client = self::client();
     step(&mut client, 0).unwrap();
     sent(&mut client, 0);
-    client.on_reply(1, &reply(Verb::Step, 1));
-    client.on_reply(1, &reply(Verb::Step, 1));
-    client.on_reply(1, &fault(1, &Fault::SessionLost { boot_id: BOOT }));
+    client.on_reply(1, reply(Verb::Step, 1));
+    client.on_reply(1, reply(Verb::Step, 1));
+    client.on_reply(1, fault(1, &Fault::SessionLost { boot_id: BOOT }));
     assert!(matches!(client.poll(1), ClientOutput::Done(Ok(_))));
     step(&mut client, 2).unwrap();
-    client.on_reply(2, &fault(1, &Fault::SessionLost { boot_id: BOOT + 1 }));
+    client.on_reply(2, fault(1, &Fault::SessionLost { boot_id: BOOT + 1 }));
     assert_eq!(client.poll(2), ClientOutput::Done(Err(ClientError::TwoServers)));
 }
 
@@ -275,7 +275,7 @@ fn a_server_of_another_version_is_named() {
     sent(&mut client, 0);
     let mut message = codec::write_empty(&Header { boot_id: 1, sid: 0, seq: 0, kind: Kind::Fault });
     message[4] = 3;
-    client.on_reply(1, &message);
+    client.on_reply(1, message.into());
     let fault = Fault::VersionMismatch { least: 3, most: 3 };
     assert_eq!(client.poll(1), ClientOutput::Done(Err(fault.into())));
 }

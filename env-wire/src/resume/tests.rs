@@ -44,7 +44,11 @@ impl Adder {
         }
     }
 
-    fn answer(&mut self, message: &[u8]) -> Vec<u8> {
+    fn answer(&mut self, message: &[u8]) -> Bytes {
+        self.written(message).into()
+    }
+
+    fn written(&mut self, message: &[u8]) -> Vec<u8> {
         let (header, payload) = Header::read(message).unwrap();
         let Kind::Request(verb) = header.kind else { panic!("a request") };
         if verb.has_session() && header.boot_id != self.boot_id {
@@ -97,10 +101,10 @@ fn too_large() -> Fault {
     Fault::TooLarge { size: 2, limit: 1 }
 }
 
-fn settle(client: &mut ResumingSession, server: &mut Adder) -> Result<Vec<u8>, ClientError> {
+fn settle(client: &mut ResumingSession, server: &mut Adder) -> Result<Bytes, ClientError> {
     loop {
         match client.poll(0) {
-            ClientOutput::Send { message, .. } => client.on_reply(0, &server.answer(&message)),
+            ClientOutput::Send { message, .. } => client.on_reply(0, server.answer(&message)),
             ClientOutput::Done(result) => return result,
             output => panic!("{output:?}"),
         }
@@ -182,7 +186,7 @@ fn a_server_that_goes_another_way_is_found_out() {
                 if other.replayed == 2 {
                     other.sum -= 2;
                 }
-                client.on_reply(0, &other.answer(&message));
+                client.on_reply(0, other.answer(&message));
             }
             ClientOutput::Done(result) => break result,
             output => panic!("{output:?}"),
@@ -216,7 +220,7 @@ fn a_resumption_that_takes_too_long_goes_on_with_a_retry() {
         match client.poll(now_ms) {
             // The next server is gone after the first request of those that are sent again.
             ClientOutput::Send { message, .. } if next.replayed == 0 => {
-                client.on_reply(now_ms, &next.answer(&message));
+                client.on_reply(now_ms, next.answer(&message));
             }
             ClientOutput::Send { .. } => client.on_nothing(now_ms),
             ClientOutput::Wait { until_ms } => now_ms = until_ms,
@@ -234,7 +238,7 @@ fn a_resumption_that_takes_too_long_goes_on_with_a_retry() {
     let message = loop {
         match client.poll(now_ms) {
             ClientOutput::Send { message, .. } => {
-                client.on_reply(now_ms, &third.answer(&message));
+                client.on_reply(now_ms, third.answer(&message));
             }
             ClientOutput::Done(result) => break result.unwrap(),
             output => panic!("{output:?}"),

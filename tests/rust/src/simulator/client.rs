@@ -1,5 +1,6 @@
 //! Clients: what they want, and what they make of the answers.
 
+use bytes::Bytes;
 use swath_wire::client::{ClientError, ClientOptions, ClientOutput};
 use swath_wire::codec;
 use swath_wire::fault::{Fault, Loss};
@@ -210,7 +211,7 @@ impl World {
     }
 
     /// A call has ended.
-    fn done(&mut self, client: usize, result: Result<Vec<u8>, ClientError>) {
+    fn done(&mut self, client: usize, result: Result<Bytes, ClientError>) {
         let now_ms = self.now_ms;
         self.hold_lease(client);
         let me = &mut self.clients[client];

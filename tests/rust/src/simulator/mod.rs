@@ -10,6 +10,7 @@ mod server;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use bytes::Bytes;
 use swath_wire::header::{Header, Kind, Verb};
 use swath_wire::server::{Finished, JobId, QueryId};
 
@@ -59,7 +60,7 @@ impl Default for Weather {
 /// What happens next.
 enum Event {
     ToServer { from: Sender, verb: Verb, message: Arc<[u8]> },
-    ToClient { to: Sender, message: Option<Arc<[u8]>> },
+    ToClient { to: Sender, message: Option<Bytes> },
     Timeout(Sender),
     Wake { client: usize },
     Lease { lid: u128, is_there: bool },
@@ -196,7 +197,7 @@ impl World {
                 let is_current = (client.call, client.attempt) == (to.call, to.attempt);
                 match message {
                     Some(message) if client.call == to.call || is_numbered_reply(&message) => {
-                        client.machine.on_reply(now_ms, &message);
+                        client.machine.on_reply(now_ms, message);
                     }
                     None if is_current => client.machine.on_nothing(now_ms),
                     _ => (),

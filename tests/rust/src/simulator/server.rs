@@ -1,7 +1,6 @@
 //! The server of the time, and the environments of its sessions.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 
 use swath_wire::codec;
 use swath_wire::header::{Header, Kind, Verb};
@@ -116,7 +115,7 @@ impl World {
                     let copies = self.copies(to.client);
                     for _ in 0..copies {
                         let delay_ms = self.delay_ms();
-                        let message = Some(Arc::from(&message[..]));
+                        let message = Some(message.clone());
                         self.at(delay_ms, Event::ToClient { to, message });
                     }
                 }
