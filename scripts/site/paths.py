@@ -1,0 +1,32 @@
+"""A picture of every agent's path, and the rule that every agent and every environment has a page."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+import swath
+from scripts.site.marks import ENVIRONMENT_PAGES, MarkError, agents
+from swath.pictures import picture
+from swath.registration import ENTRY_POINTS
+
+SCENARIO, SEED = "pasture", 7
+
+
+def pictures() -> Iterator[tuple[str, bytes]]:
+    """Yields, for every agent of the registry, where on the site its picture lies, and the picture as a PNG file."""
+    for name, _, _ in agents():
+        yield f"agents/paths/{name}.png", picture(swath.run_episode(name, scenario=SCENARIO, seed=SEED))
+
+
+def check_pages(pages: Collection[str]) -> None:
+    """Makes sure that no page is missing.
+
+    Raises:
+        MarkError: If an agent or an environment of the registry has no page.
+    """
+    needed = {f"the agent `{name}`": f"agents/{name}.md" for name, _, _ in agents()}
+    needed |= {f"the environment `{env_id}`": ENVIRONMENT_PAGES.get(env_id, "") for env_id in ENTRY_POINTS}
+    for what, page in needed.items():
+        if page not in pages:
+            text = f"{what} has no page: docs/{page or 'environments'}"
+            raise MarkError(text)
