@@ -223,8 +223,22 @@ lint-compiled: tools
 	python -m mypy
 
 .PHONY: docs
-docs: tools ## the Rust documentation, warnings denied
+docs: build-release docs-tools ## the site in out/site and the Rust documentation, warnings denied
+	$(SITE) build --quiet
+	python -m scripts.site.check out/site
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
+
+.PHONY: docs-serve
+docs-serve: build-release docs-tools ## the site on http://127.0.0.1:8000, made anew when a page changes; PORT= another one
+	$(SITE) serve --dev-addr 127.0.0.1:$(or $(PORT),8000) --watch env-py/python/swath --watch scripts/site
+
+.PHONY: docs-tools
+docs-tools: tools
+	@python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "the site needs Python 3.11 or newer" >&2; exit 1; }
+	$(call need,$(VENV),docs)
+
+# The same commit gives the same bytes. The theme's advertisement is no warning.
+SITE = NO_MKDOCS_2_WARNING=1 SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct 2>/dev/null || echo 0) python -m mkdocs
 
 .PHONY: ci
 ci: lint test test-gymnasium-oldest bench-count docs demo ## everything that .ci/run checks, up to the first failure

@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File
-
 from scripts.site import paths
 from scripts.site.formulas import with_mathml
 from scripts.site.links import with_links
@@ -29,11 +28,11 @@ def on_files(files: Files, *, config: MkDocsConfig) -> Files:
     return files
 
 
-def on_page_markdown(markdown: str, *, page: Page, config: MkDocsConfig, files: Files) -> str:  # noqa: ARG001
+def on_page_markdown(markdown: str, *, page: Page, config: MkDocsConfig, files: Files) -> str:
     """Puts in what marks stand for, then turns formulas into MathML and links out of the site into plain text."""
     try:
         text = expand(markdown, page.file.src_uri)
     except MarkError as error:
         message = f"{page.file.src_uri}: {error}"
         raise PluginError(message) from error
-    return with_mathml(with_links(text, page.file.src_uri))
+    return with_mathml(with_links(text, page.file.src_uri)).replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}")

@@ -9,6 +9,7 @@
 | `scenario` | every key of a scenario, from the JSON Schema |
 | `commands` | the help of every command |
 | `toml PATH` | a file of the repository as code |
+| `rust PATH` | the first example in the documentation of a Rust file, which `cargo test --doc` runs |
 | `file PATH` | another page of the repository |
 """
 
@@ -22,6 +23,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from scripts.site import commands, scenario
+
 from swath import _native
 
 __all__ = ["ENVIRONMENT_PAGES", "FILE_PAGES", "MarkError", "agents", "expand"]
@@ -104,6 +106,15 @@ def _toml(name: str, _: str) -> str:
     return f"```toml\n{_text(name)}```"
 
 
+def _rust(name: str, _: str) -> str:
+    lines = [line.strip().removeprefix("///").removeprefix(" ") for line in _text(name).splitlines() if "///" in line]
+    if "```" not in lines:
+        text = f"there is no example in {name}"
+        raise MarkError(text)
+    example = lines[lines.index("```") + 1 :]
+    return "\n".join(["```rust", *example[: example.index("```")], "```"])
+
+
 def _file(name: str, page: str) -> str:
     if FILE_PAGES.get(name) != page:
         text = f"`{name}` must be listed in scripts/site/marks.py with the page docs/{page}"
@@ -127,5 +138,6 @@ _KINDS: dict[str, Callable[[str, str], str]] = {
     "scenario": lambda _name, _page: scenario.reference(),
     "commands": lambda _name, _page: commands.reference(),
     "toml": _toml,
+    "rust": _rust,
     "file": _file,
 }

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 
-import swath
 from scripts.site.marks import ENVIRONMENT_PAGES, MarkError, agents
+
+import swath
 from swath.pictures import picture
 from swath.registration import ENTRY_POINTS
 
