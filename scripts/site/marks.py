@@ -83,10 +83,14 @@ def _environment(name: str, _: str) -> str:
 def _agents(_: str, page: str) -> str:
     folder = posixpath.dirname(page)
     rows = [
-        f"| [`{name}`]({posixpath.relpath(f'agents/{name}.md', folder)}) | {about} | {'yes' if is_random else 'no'} |"
+        f"| [`{name}`]({posixpath.relpath(f'agents/{name}.md', folder)}) | {_cell(about)} | {'yes' if is_random else 'no'} |"
         for name, about, is_random in agents()
     ]
     return "\n".join(["| agent | what it does | draws numbers |", "|---|---|---|", *rows])
+
+
+def _cell(text: str) -> str:
+    return text.replace("|", r"\|")
 
 
 def _agent(name: str, page: str) -> str:
