@@ -83,7 +83,7 @@ def _environment(name: str, _: str) -> str:
 def _agents(_: str, page: str) -> str:
     folder = posixpath.dirname(page)
     rows = [
-        f"| [`{name}`]({posixpath.relpath(f'agents/{name}.md', folder)}) | {_cell(about)} | {'yes' if is_random else 'no'} |"
+        f"| [`{name}`]({posixpath.relpath(f'agents/{name}.md', folder)}) | {_cell(about)} | {('no', 'yes')[is_random]} |"
         for name, about, is_random in agents()
     ]
     return "\n".join(["| agent | what it does | draws numbers |", "|---|---|---|", *rows])
