@@ -52,7 +52,7 @@ setup: tools ## everything for working on swath: the venv, the pinned tools, the
 	@$(MAKE) --no-print-directory build
 
 .PHONY: demo
-demo: build-release ## the agents race on the shipped pastures: a table, pictures in out/demo
+demo: build-release ## the agents race on the shipped pastures: a table, pictures and a replay (snake.html) in out/demo
 	python -m swath demo --out out/demo
 
 # Inner loop
