@@ -29,7 +29,9 @@ REPLAY, REPLAYED = "snake.html", ("snake", "horizon")
 
 def demo(
     *,
-    out: Annotated[Path, typer.Option(help="Folder for the rows, the statistics, the pictures and the replay.")] = Path("out/demo"),
+    out: Annotated[Path, typer.Option(help="Folder for the rows, the statistics, the pictures and the replay.")] = Path(
+        "out/demo"
+    ),
     instances: Annotated[int, typer.Option(help="Number of instances of each pasture.")] = 20,
     seed: Seed = 0,
     jobs: Jobs = None,
@@ -58,7 +60,12 @@ def demo(
 
 def _refuse_others(out: Path) -> None:
     """Refuses a folder that holds anything but an earlier demo."""
-    ours = {"episodes.csv", "summary.json", REPLAY, *(f"{pasture}-{agent}.png" for pasture in PASTURES for agent in AGENTS)}
+    ours = {
+        "episodes.csv",
+        "summary.json",
+        REPLAY,
+        *(f"{pasture}-{agent}.png" for pasture in PASTURES for agent in AGENTS),
+    }
     ours |= {f"scenario-{number}.toml" for number in range(1, len(PASTURES) + 1)}
     others = sorted(entry.name for entry in out.iterdir() if entry.name not in ours) if out.exists() else []
     if others:

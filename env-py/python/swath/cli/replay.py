@@ -23,14 +23,17 @@ _FILMS = (".gif", ".mp4", ".png", ".rrd")
 
 
 def replay(
-    agents: Annotated[list[str], typer.Argument(metavar="AGENT...", help="Agents, such as jump or bcp:spacing=sensor.")],
+    agents: Annotated[
+        list[str], typer.Argument(metavar="AGENT...", help="Agents, such as jump or bcp:spacing=sensor.")
+    ],
     *,
     out: Annotated[
         Path, typer.Option(help="File to write; its suffix says what: .html, .gif, .mp4, .png (a still), .rrd (Rerun).")
     ],
     scenario: Annotated[str, typer.Option(help="A file or a shipped scenario.")] = "pasture",
     weeds: Annotated[
-        Path | None, typer.Option(help="CSV file with one weed a line, x and y in m.", show_default="the scenario's own")
+        Path | None,
+        typer.Option(help="CSV file with one weed a line, x and y in m.", show_default="the scenario's own"),
     ] = None,
     seed: Annotated[int, typer.Option(help="Draws the weeds, and apart from them the agents' own choices.")] = 0,
     fps: Annotated[int, typer.Option(help="Films: pictures a second.")] = 25,

@@ -41,7 +41,9 @@ def data_of(episodes: Sequence[Episode]) -> dict[str, object]:
     first = episodes[0]
     for other in episodes[1:]:
         if other.scenario.hash != first.scenario.hash or not np.array_equal(other.weeds_m, first.weeds_m):
-            text = f"`episodes` must be of one scenario on the same weeds, got {other.agent} on others than {first.agent}"
+            text = (
+                f"`episodes` must be of one scenario on the same weeds, got {other.agent} on others than {first.agent}"
+            )
             raise ConfigError(text)
     blocks = first.scenario.to_dict()
     pasture, mower, sensor = blocks["pasture"], blocks["mower"], blocks["sensor"]
