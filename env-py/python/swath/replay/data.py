@@ -1,6 +1,6 @@
 """Episodes as compact data for the player of the page.
 
-Arrays are little-endian and in base64: a path as its arcs, weeds and cells with the metre of path at which each was found.
+Arrays are little-endian and in base64: a path as its arcs, weeds and cells with the way driven when each was found.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ def data_of(episodes: Sequence[Episode]) -> dict[str, object]:
         episodes: At least one; of one scenario, on the same weeds.
 
     Returns:
-        Plain data for JSON: sizes in metres, speed in metres per second, arrays in base64: `weeds_m` (n, 2) float32; for
-        each agent `arcs` (n, 5) float32 (x_m, y_m, heading_rad, curvature_per_m, length_m), `detected_m` and `mowed_m`
-        (n,) float32 with inf for never, `seen_step` (rows, columns) uint16, where 65,534 is the whole path and 65,535 never.
+        Plain data with arrays in base64: `weeds_m` (n, 2) float32, metres; of each agent `arcs` (n, 5) float32
+        (x_m, y_m, heading_rad, curvature_per_m, length_m), `detected_m` and `mowed_m` (n,) float32 with inf for never,
+        `seen_step` (rows, columns) uint16, where 65,534 is the whole path and 65,535 never.
 
     Raises:
         ConfigError: If the episodes are not of one scenario and the same weeds.
@@ -94,11 +94,12 @@ def _steps(cells_m: npt.NDArray[np.float64], length_m: float) -> str:
 
 
 def _in_blocks(cells_m: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Returns the same of square blocks of cells where there are very many: a block is seen when all of its cells are."""
+    """Returns the same of blocks of cells where there are very many: a block is seen when all of its cells are."""
     side = int(np.ceil(np.sqrt(cells_m.size / _MOST_CELLS)))
     if side == 1:
         return cells_m
     rows, columns = cells_m.shape
     padded = np.pad(cells_m, ((0, -rows % side), (0, -columns % side)), mode="edge")
     rows, columns = padded.shape
-    return padded.reshape(rows // side, side, columns // side, side).max(axis=(1, 3))
+    blocks: npt.NDArray[np.float64] = padded.reshape(rows // side, side, columns // side, side).max(axis=(1, 3))
+    return blocks

@@ -49,20 +49,10 @@ class Player {
   panelOf(episode, number) {
     const canvas = element("canvas", { class: "scene", role: "img" });
     const status = element("p", { class: "status" });
-    const [colour, dash] = lineOf(number);
     const swatch = element("canvas", { class: "swatch", width: 52, height: 20, "aria-hidden": "true" });
-    const context = swatch.getContext("2d");
-    context.scale(2, 2);
-    context.strokeStyle = colour;
-    context.lineWidth = 3;
-    context.setLineDash(dash);
-    context.beginPath();
-    context.moveTo(0, 5);
-    context.lineTo(26, 5);
-    context.stroke();
     const heading = element("h3", {}, [swatch, ` ${episode.label}`]);
     const box = element("section", { class: "panel", "aria-label": episode.label }, [heading, canvas, status]);
-    return { box, canvas, status, episode, scene: new Scene(canvas, this.data, episode) };
+    return { box, canvas, status, swatch, episode, scene: new Scene(canvas, this.data, episode) };
   }
 
   controls() {
@@ -135,6 +125,7 @@ class Player {
 
   recolour() {
     this.colours = coloursOf(this.root);
+    this.panels.forEach(({ swatch }, number) => drawSwatch(swatch, ...lineOf(number, this.root)));
     for (const { canvas, draw } of this.swatches) {
       const context = canvas.getContext("2d");
       context.setTransform(2, 0, 0, 2, 0, 0);
@@ -210,6 +201,19 @@ class Player {
     this.slider.setAttribute("aria-valuetext", text);
     this.button.textContent = this.isPlaying ? "❚❚ Pause" : "▶ Play";
   }
+}
+
+function drawSwatch(canvas, colour, dash) {
+  const context = canvas.getContext("2d");
+  context.setTransform(2, 0, 0, 2, 0, 0);
+  context.clearRect(0, 0, 26, 10);
+  context.strokeStyle = colour;
+  context.lineWidth = 3;
+  context.setLineDash(dash);
+  context.beginPath();
+  context.moveTo(0, 5);
+  context.lineTo(26, 5);
+  context.stroke();
 }
 
 // What is written below a picture.

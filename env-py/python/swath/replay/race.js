@@ -1,17 +1,11 @@
 // The curves below the pictures: weeds mowed over the path driven, a line for each agent.
 
-// Told apart by colour-blind readers too (Okabe & Ito), and by their dashes.
-const LINES = [
-  ["#0072B2", []],
-  ["#D55E00", [7, 3]],
-  ["#009E73", [2, 3]],
-  ["#CC79A7", [9, 3, 2, 3]],
-  ["#E69F00", [4, 4]],
-  ["#56B4E9", [12, 3]],
-];
+// A colour of the page and a dash for each agent, told apart by colour-blind readers too.
+const DASHES = [[], [7, 3], [2, 3], [9, 3, 2, 3], [4, 4], [12, 3], [1, 2], [7, 2, 2, 2, 2, 2]];
 
-function lineOf(number) {
-  return LINES[number % LINES.length];
+function lineOf(number, element) {
+  const kind = number % DASHES.length;
+  return [getComputedStyle(element).getPropertyValue(`--line-${kind}`).trim(), DASHES[kind]];
 }
 
 class Race {
@@ -74,7 +68,7 @@ class Race {
 
   // What has been driven in full, what is still to come faintly.
   drawLine(context, episode, number, pathM, x, y) {
-    const [colour, dash] = lineOf(number);
+    const [colour, dash] = lineOf(number, this.canvas);
     const trace = (limitM) => {
       context.beginPath();
       context.moveTo(x(0), y(0));
