@@ -287,6 +287,11 @@ valgrind: ## in CI: installs valgrind, which bench-count needs, from the system'
 	@command -v valgrind >/dev/null || [ -z "$(CI)" ] || ! command -v apt-get >/dev/null \
 	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends valgrind; }
 
+.PHONY: browser
+browser: ## in CI: installs Chromium, which the tests of replays and reports open, from the system's packages
+	@command -v chromium >/dev/null || [ -z "$(CI)" ] || ! command -v apt-get >/dev/null \
+	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium; }
+
 .PHONY: train-learned
 train-learned: build-release ## the trainings of agents/learned, their curves and contests; goes on where it was stopped
 	$(call need,$(VENV),test)

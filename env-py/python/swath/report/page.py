@@ -126,8 +126,8 @@ def _replays(evaluated: Evaluated, advance: Callable[[int], None]) -> str:
     parts = [
         '<section id="replays"><h2>Best and worst episodes</h2>\n<p class="about">The shortest and the longest path of '
         "each agent, in per cent of the boustrophedon path, over all scenarios; an episode that failed is worse than "
-        f"all others. Each is driven again from its seed, beside {escape(evaluated.versus)} on the same weeds. Open one "
-        "to play it: space plays and pauses, the arrow keys go along the path and change the speed.</p>\n"
+        f"all others. Each is driven again from its seed, beside {escape(evaluated.versus)} on the same weeds. Open "
+        "one to play it: space plays and pauses, the arrow keys go along the path and change the speed.</p>\n"
     ]
     for number, extreme in enumerate(extremes_of(evaluated)):
         parts.append(_replay(evaluated, extreme, f"replay-{number}", drawn(evaluated, extreme)))
