@@ -17,12 +17,12 @@ SCENARIOS = [
 ]
 
 
-@pytest.fixture(params=AGENTS)
+@pytest.fixture(params=AGENTS, scope="module")
 def agent(request):
     return request.param
 
 
-@pytest.fixture(params=SCENARIOS, ids=["field", "pasture", "clusters"])
+@pytest.fixture(params=SCENARIOS, ids=["field", "pasture", "clusters"], scope="module")
 def episode(request, agent):
     return swath.run_episode(agent, scenario=request.param, seed=11)
 

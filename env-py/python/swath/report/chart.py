@@ -39,11 +39,11 @@ class Scale:
 class Frame:
     """An SVG with axes, to which marks are added."""
 
-    def __init__(self, width_px: int, height_px: int, label: str) -> None:
-        """Begins a picture; `label` says to screen readers what it shows."""
+    def __init__(self, width_px: int, height_px: int, label: str, kind: str) -> None:
+        """Begins a picture of the style `kind`; `label` says to screen readers what it shows."""
         self._head = (
-            f'<svg viewBox="0 0 {width_px} {height_px}" width="{width_px}" height="{height_px}" role="img" '
-            f'aria-label="{escape(label)}">'
+            f'<svg viewBox="0 0 {width_px} {height_px}" width="{width_px}" height="{height_px}" class="{kind}" '
+            f'role="img" aria-label="{escape(label)}">'
         )
         self._parts: list[str] = []
 

@@ -28,8 +28,9 @@ def over_value(group: Group, panel: Panel, measure: str, values: npt.NDArray[np.
     agents = group.evaluated.agents
     spreads = [[group.mean(values, agent, numbers) for _, numbers in panel.points] for agent in range(len(agents))]
     points = [value for value, _ in panel.points]
-    low, high = _limits([end for row in spreads for one in row for end in _ends(one)])
-    frame = Frame(560, 330, f"{MEASURES[measure]} over {axis_label(group.key)}{', ' * bool(panel.title)}{panel.title}")
+    low, high = _limits([end for row in spreads for one in row for end in _ends(one, measure)])
+    title = f"{MEASURES[measure]} over {axis_label(group.key)}{', ' * bool(panel.title)}{panel.title}"
+    frame = Frame(560, 330, title, "lines")
     is_log = points[0] > 0 and points[-1] / points[0] >= _LOG_FROM
     x = Scale(points[0], points[-1], 72, 536, is_log=is_log)
     y = Scale(low, high, 278, 30)
@@ -39,19 +40,26 @@ def over_value(group: Group, panel: Panel, measure: str, values: npt.NDArray[np.
     if panel.title:
         frame.text(302, 18, panel.title)
     for agent, row in enumerate(spreads):
-        _add_line(frame, agent, agents[agent], points, row, x, y)
+        _add_line(frame, agent, agents[agent], measure, points, row, x, y)
     return frame.svg()
 
 
 def _add_line(
-    frame: Frame, agent: int, label: str, points: Sequence[float], row: Sequence[Spread], x: Scale, y: Scale
+    frame: Frame,
+    agent: int,
+    label: str,
+    measure: str,
+    points: Sequence[float],
+    row: Sequence[Spread],
+    x: Scale,
+    y: Scale,
 ) -> None:
     kind = agent % len(DASHES)
     places = " ".join(f"{x(value)},{y(one['mean'])}" for value, one in zip(points, row, strict=True))
     frame.add(f'<polyline points="{places}" class="run c{kind}" stroke-dasharray="{DASHES[kind]}"/>')
     for value, one in zip(points, row, strict=True):
-        if one["low"] is not None and one["high"] is not None:
-            frame.line(x(value), y(one["low"]), x(value), y(one["high"]), f"whisker c{kind}")
+        ends = _ends(one, measure)
+        frame.line(x(value), y(ends[0]), x(value), y(ends[-1]), f"whisker c{kind}")
         frame.add(marker(agent, x(value), y(one["mean"]), f"{label} at {value:g}: {interval(one)} %"))
 
 
@@ -88,8 +96,8 @@ def differences(group: Group, measure: str, values: npt.NDArray[np.float64]) -> 
         one, kind = spreads[agent], agent % len(MARKERS)
         if agent == versus:
             return "compared with"
-        if one["low"] is not None and one["high"] is not None:
-            frame.line(x(one["low"]), base - 10, x(one["high"]), base - 10, f"whisker c{kind}")
+        ends = _ends(one)
+        frame.line(x(ends[0]), base - 10, x(ends[-1]), base - 10, f"whisker c{kind}")
         text = interval(one, sign="+")
         frame.add(marker(agent, x(one["mean"]), base - 10, f"{text} points", 5))
         return text
@@ -111,7 +119,7 @@ def _rows(
     agents = group.evaluated.agents
     left, right, pitch = 28 + round(6.6 * max(len(agent) for agent in agents)), 450, 44
     bottom = 24 + pitch * len(agents)
-    frame = Frame(620, bottom + 42, f"{label}, a row for each agent")
+    frame = Frame(620, bottom + 42, f"{label}, a row for each agent", "rows")
     x = Scale(*limits, left, right)
     frame.x_axis(x, bottom, ticks(*limits, 6), label, top_px=20)
     frame.text(right + 14, 14, numbers, "start")
@@ -135,8 +143,11 @@ def axis_label(key: str) -> str:
     return f"{' '.join([*words, last])} ({key})"
 
 
-def _ends(one: Spread) -> tuple[float, ...]:
-    return (one["mean"],) if one["low"] is None or one["high"] is None else (one["low"], one["high"])
+def _ends(one: Spread, measure: str = "") -> tuple[float, ...]:
+    """Returns the ends of an interval, or the mean where there is none; more than all weeds cannot be mowed."""
+    if one["low"] is None or one["high"] is None:
+        return (one["mean"],)
+    return (one["low"], min(one["high"], 100.0) if measure == "mowed" else one["high"])
 
 
 def _limits(values: Sequence[float]) -> tuple[float, float]:

@@ -71,7 +71,7 @@ def _about(evaluated: Evaluated) -> str:
         f'<p class="about">{episodes:,} episodes: {len(evaluated.agents)} agent(s) on {len(evaluated.places)} '
         f"scenario(s), {evaluated.instances} instance(s) each, seeds {evaluated.seed} to {last}, the same for every "
         "agent. Paths are in per cent of the boustrophedon path over the whole pasture; shorter is better. "
-        "Intervals hold the mean with 95 % confidence, by Student's t over instances.</p>"
+        "Intervals hold the mean with 95&nbsp;% confidence, by Student's t over instances.</p>"
     )
 
 
