@@ -36,8 +36,10 @@ def replay(
         typer.Option(help="CSV file with one weed a line, x and y in m.", show_default="the scenario's own"),
     ] = None,
     seed: Annotated[int, typer.Option(help="Draws the weeds, and apart from them the agents' own choices.")] = 0,
-    fps: Annotated[int, typer.Option(help="Films: pictures a second.")] = 25,
-    seconds: Annotated[float, typer.Option(help="Films: how long they last, seconds.")] = 12.0,
+    fps: Annotated[int, typer.Option(help="Films: pictures a second.")] = 30,
+    seconds: Annotated[
+        float | None, typer.Option(help="Films: how long the longest path takes.", show_default="by its length")
+    ] = None,
 ) -> None:
     """Show how agents drive, side by side on the same weeds: a page that plays offline, a film or a picture."""
     _check(out)

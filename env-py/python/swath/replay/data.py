@@ -24,11 +24,12 @@ _MOST_CELLS = 20_000
 """Larger pastures show seen ground in blocks of cells."""
 
 
-def data_of(episodes: Sequence[Episode]) -> dict[str, object]:
+def data_of(episodes: Sequence[Episode], lines: Sequence[int] | None = None) -> dict[str, object]:
     """Returns what the player shows.
 
     Args:
         episodes: At least one; of one scenario, on the same weeds.
+        lines: Number of each agent's colour and dash; None: 0, 1, 2, ...
 
     Returns:
         Plain data with arrays in base64: `weeds_m` (n, 2) float32, metres; of each agent `arcs` (n, 5) float32
@@ -69,6 +70,7 @@ def data_of(episodes: Sequence[Episode]) -> dict[str, object]:
         "agents": [
             {
                 "label": episode.agent,
+                "line": line,
                 "outcome": episode.outcome,
                 "length_m": episode.path_length_m,
                 "boustrophedon_m": episode.bcp_length_m,
@@ -77,7 +79,7 @@ def data_of(episodes: Sequence[Episode]) -> dict[str, object]:
                 "mowed_m": _float32(episode.weed_mowed_path_m),
                 "seen_step": _steps(cells, episode.path_length_m),
             }
-            for episode, cells in zip(episodes, seen, strict=True)
+            for line, episode, cells in zip(lines or range(len(episodes)), episodes, seen, strict=True)
         ],
     }
 

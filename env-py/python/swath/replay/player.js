@@ -34,7 +34,7 @@ class Player {
 
   build() {
     this.panels = this.episodes.map((episode, number) => this.panelOf(episode, number));
-    this.race = new Race(element("canvas", { class: "race", role: "img" }), this.episodes);
+    this.race = new Race(element("canvas", { class: "race", role: "img" }), this.episodes, this.data.agents.map((agent) => agent.line));
     this.root.append(
       element("div", { class: "panels" }, this.panels.map((panel) => panel.box)),
       this.controls(),
@@ -125,7 +125,7 @@ class Player {
 
   recolour() {
     this.colours = coloursOf(this.root);
-    this.panels.forEach(({ swatch }, number) => drawSwatch(swatch, ...lineOf(number, this.root)));
+    this.panels.forEach(({ swatch }, number) => drawSwatch(swatch, ...lineOf(this.data.agents[number].line, this.root)));
     for (const { canvas, draw } of this.swatches) {
       const context = canvas.getContext("2d");
       context.setTransform(2, 0, 0, 2, 0, 0);

@@ -9,8 +9,8 @@ function lineOf(number, element) {
 }
 
 class Race {
-  constructor(canvas, episodes) {
-    Object.assign(this, { canvas, episodes });
+  constructor(canvas, episodes, lines) {
+    Object.assign(this, { canvas, episodes, lines });
     this.longestM = Math.max(...episodes.map((episode) => episode.lengthM), 1);
     this.weeds = Math.max(1, episodes[0].mowedM.length);
   }
@@ -68,7 +68,7 @@ class Race {
 
   // What has been driven in full, what is still to come faintly.
   drawLine(context, episode, number, pathM, x, y) {
-    const [colour, dash] = lineOf(number, this.canvas);
+    const [colour, dash] = lineOf(this.lines[number], this.canvas);
     const trace = (limitM) => {
       context.beginPath();
       context.moveTo(x(0), y(0));

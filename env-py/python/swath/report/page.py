@@ -153,7 +153,7 @@ def _replay(evaluated: Evaluated, extreme: Extreme, name: str, episodes: Sequenc
             f'<p class="about">This build of swath drives {episodes[0].path_length_m:.1f} m here, where the evaluation '
             f"has {evaluated.path_m[at]:.1f} m: it is another build.</p>"
         )
-    block = json_block(name, data_of(episodes))
+    block = json_block(name, data_of(episodes, [evaluated.agents.index(episode.agent) for episode in episodes]))
     return f'<details class="replay" data-replay="{name}">{summary}{note}<div class="player"></div></details>\n{block}'
 
 

@@ -104,15 +104,13 @@ def _interval(one: Spread) -> str:
 
 def _difference(one: Spread) -> str:
     """Returns a difference with its interval, and by sign and shape whether it is decided."""
-    text = f"{one['mean']:+.2f}"
-    if one["low"] is None or one["high"] is None:
+    # What rounding leaves is no difference.
+    low, mean, high = (None if end is None else round(end, 9) + 0.0 for end in (one["low"], one["mean"], one["high"]))
+    text = f"{mean:+.2f}"
+    if low is None or high is None:
         return text
-    verdict = (
-        ("shorter", "&#9660;") if one["high"] < 0 else ("longer", "&#9650;") if one["low"] > 0 else ("open", "&#9671;")
-    )
-    return (
-        f'<span class="{verdict[0]}">{verdict[1]} {text} <small>[{one["low"]:+.2f}, {one["high"]:+.2f}]</small></span>'
-    )
+    verdict = ("shorter", "&#9660;") if high < 0 else ("longer", "&#9650;") if low > 0 else ("open", "&#9671;")
+    return f'<span class="{verdict[0]}">{verdict[1]} {text} <small>[{low:+.2f}, {high:+.2f}]</small></span>'
 
 
 def _counts(outcomes: Sequence[str]) -> str:
