@@ -44,7 +44,7 @@ def page_of(episodes: Sequence[Episode]) -> str:
         f"<h1>{escape(title)}</h1>\n"
         f'<p class="about">{about}</p>\n'
         '<main id="player"></main>\n'
-        '<p class="keys">Keys: space plays and pauses; left and right go 1 % of the path (with shift 10 %); '
+        '<p class="keys">Keys: space plays and pauses; left and right go 1&nbsp;% of the path (with shift 10&nbsp;%); '
         "up and down change the speed; home and end.</p>\n"
         + json_block("replay", data_of(episodes))
         + f"<script>{script()}\n"

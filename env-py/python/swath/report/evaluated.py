@@ -194,12 +194,21 @@ def _scenarios(folder: Path, files: Mapping[str, str]) -> dict[str, Scenario]:
 
 
 def _origin(folder: Path) -> dict[str, str]:
+    """Returns what the folder tells of the command; an evaluation within Python tells of its build only."""
     path, journal = folder / "origin.json", folder / JOURNAL
-    origin = json.loads(path.read_text("utf-8")) if path.exists() else {}
-    if journal.exists() and "build" not in origin:
-        with journal.open("rb") as file:
-            origin["build"] = json.loads(file.readline()).get("build", "")
-    return {str(key): str(value) for key, value in origin.items()}
+    source = path if path.exists() else journal
+    if not source.exists():
+        return {}
+    try:
+        with source.open("rb") as file:
+            found = dict(json.load(file) if source is path else json.loads(file.readline()))
+    except (TypeError, ValueError) as error:
+        text = f"`DIR` must hold {source.name} as it was written, got a damaged one in {folder}"
+        raise ConfigError(text) from error
+    return {key: str(found[key]) for key in _ORIGIN if key in found}
+
+
+_ORIGIN = ("command", "build", "python", "system", "machine")
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["MEASURES", "differences", "distributions", "over_value"]
 
-MEASURES = {"path": "path length, % of the boustrophedon path", "mowed": "weeds mowed, % of all"}
+MEASURES = {"path": "path length, % of boustrophedon", "mowed": "weeds mowed, % of all"}
 _UNITS = {"m": "m", "mps": "m/s", "s": "s", "rad": "rad", "j": "J", "radps": "rad/s"}
 _BINS = 60
 _LOG_FROM = 8.0

@@ -82,13 +82,13 @@ def _section(group: Group, number: int) -> str:
     parts.append(tables.of_group(group))
     if group.panels:
         along = axis_label(group.key or "")
-        parts.append(f"<h3>Mean over {escape(along)}, with 95 % intervals</h3>\n{_legend(evaluated)}")
+        parts.append(f"<h3>Mean over {escape(along)}, with 95&nbsp;% intervals</h3>\n{_legend(evaluated)}")
         figures = [over_value(group, panel, name, measured[name]) for panel in group.panels for name in MEASURES]
         parts.append(_figures(figures))
     parts.append("<h3>Distributions</h3>\n")
     parts.append(
-        '<p class="about">Each hill is a histogram of all episodes of an agent. Below it: the middle 90 % as a line, '
-        "the median as a stroke, the mean as the agent's mark.</p>\n"
+        '<p class="about">Each hill is a histogram of all episodes of an agent. Below it: the middle 90&nbsp;% as a '
+        "line, the median as a stroke, the mean as the agent's mark.</p>\n"
     )
     parts.append(_figures([distributions(group, name, values) for name, values in measured.items()]))
     if len(evaluated.agents) > 1:
