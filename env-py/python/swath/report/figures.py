@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ MEASURES = {"path": "path length, % of boustrophedon", "mowed": "weeds mowed, % 
 _UNITS = {"m": "m", "mps": "m/s", "s": "s", "rad": "rad", "j": "J", "radps": "rad/s"}
 _BINS = 60
 _LOG_FROM = 8.0
+_ASIDE_PX = 3.0
 
 
 def over_value(group: Group, panel: Panel, measure: str, values: npt.NDArray[np.float64]) -> str:
@@ -40,27 +42,17 @@ def over_value(group: Group, panel: Panel, measure: str, values: npt.NDArray[np.
     if panel.title:
         frame.text(302, 18, panel.title)
     for agent, row in enumerate(spreads):
-        _add_line(frame, agent, agents[agent], measure, points, row, x, y)
+        # A little beside each other, so that no whisker hides another.
+        aside_px = _ASIDE_PX * (agent - 0.5 * (len(agents) - 1))
+        places = [round(x(value) + aside_px, 1) for value in points]
+        kind = agent % len(DASHES)
+        line = " ".join(f"{at},{y(one['mean'])}" for at, one in zip(places, row, strict=True))
+        frame.add(f'<polyline points="{line}" class="run c{kind}" stroke-dasharray="{DASHES[kind]}"/>')
+        for at, value, one in zip(places, points, row, strict=True):
+            ends = _ends(one, measure)
+            frame.line(at, y(ends[0]), at, y(ends[-1]), f"whisker c{kind}")
+            frame.add(marker(agent, at, y(one["mean"]), f"{agents[agent]} at {value:g}: {interval(one)} %"))
     return frame.svg()
-
-
-def _add_line(
-    frame: Frame,
-    agent: int,
-    label: str,
-    measure: str,
-    points: Sequence[float],
-    row: Sequence[Spread],
-    x: Scale,
-    y: Scale,
-) -> None:
-    kind = agent % len(DASHES)
-    places = " ".join(f"{x(value)},{y(one['mean'])}" for value, one in zip(points, row, strict=True))
-    frame.add(f'<polyline points="{places}" class="run c{kind}" stroke-dasharray="{DASHES[kind]}"/>')
-    for value, one in zip(points, row, strict=True):
-        ends = _ends(one, measure)
-        frame.line(x(value), y(ends[0]), x(value), y(ends[-1]), f"whisker c{kind}")
-        frame.add(marker(agent, x(value), y(one["mean"]), f"{label} at {value:g}: {interval(one)} %"))
 
 
 def distributions(group: Group, measure: str, values: npt.NDArray[np.float64]) -> str:
@@ -144,10 +136,11 @@ def axis_label(key: str) -> str:
 
 
 def _ends(one: Spread, measure: str = "") -> tuple[float, ...]:
-    """Returns the ends of an interval, or the mean where there is none; more than all weeds cannot be mowed."""
+    """Returns the ends of an interval, or the mean where there is none; those of a measure within what it can be."""
     if one["low"] is None or one["high"] is None:
         return (one["mean"],)
-    return (one["low"], min(one["high"], 100.0) if measure == "mowed" else one["high"])
+    least, most = {"path": (0.0, math.inf), "mowed": (0.0, 100.0)}.get(measure, (-math.inf, math.inf))
+    return (max(one["low"], least), min(one["high"], most))
 
 
 def _limits(values: Sequence[float]) -> tuple[float, float]:
