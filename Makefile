@@ -52,7 +52,7 @@ setup: tools ## everything for working on swath: the venv, the pinned tools, the
 	@$(MAKE) --no-print-directory build
 
 .PHONY: demo
-demo: build-release ## the agents race on the shipped pastures: a table, pictures in out/demo
+demo: build-release ## the agents race on the shipped pastures: a table, pictures and a replay (snake.html) in out/demo
 	python -m swath demo --out out/demo
 
 # Inner loop
@@ -300,6 +300,11 @@ profile: counted ## where the instructions of one counted program go: PROGRAM=la
 valgrind: ## in CI: installs valgrind, which bench-count needs, from the system's packages
 	@command -v valgrind >/dev/null || [ -z "$(CI)" ] || ! command -v apt-get >/dev/null \
 	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends valgrind; }
+
+.PHONY: browser
+browser: ## in CI: installs Chromium, which the tests of replays and reports open, from the system's packages
+	@command -v chromium >/dev/null || [ -z "$(CI)" ] || ! command -v apt-get >/dev/null \
+	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium; }
 
 .PHONY: train-learned
 train-learned: build-release ## the trainings of agents/learned, their curves and contests; goes on where it was stopped

@@ -7,9 +7,11 @@
 mod setup;
 mod snapshot;
 mod summary;
+mod watch;
 
 pub use snapshot::{SnapshotError, weeds_in};
 pub use summary::Summary;
+pub use watch::Watch;
 
 use std::sync::Arc;
 
@@ -246,6 +248,19 @@ impl Env {
     ///
     /// [`ActionError`]; the state is then as it was.
     pub fn drive(&mut self, command: Command) -> Result<Step, ActionError> {
+        self.drive_watched(command, &mut ())
+    }
+
+    /// The same, and tells `watch` what every stretch brings.
+    ///
+    /// # Errors
+    ///
+    /// As [`Env::drive`].
+    pub fn drive_watched(
+        &mut self,
+        command: Command,
+        watch: &mut impl Watch,
+    ) -> Result<Step, ActionError> {
         self.episode.check_running()?;
         if let Some(candidates) = &mut self.candidates {
             candidates.expire();
@@ -267,9 +282,11 @@ impl Env {
                 self.mower.follow(&stretch); // mower
                 let cut = deck.mow(&stretch, &mut self.weeds); // deck
                 tally.add(stretch.driven_m, cut.mowed.len());
+                watch.on_cut(stretch.path_m, &cut);
                 self.belief.absorb_cut(&cut);
                 if stretch.ends_at_look {
                     let percept = sensor.look(stretch.index, &mut self.weeds); // sensor
+                    watch.on_look(stretch.path_m, &percept);
                     self.belief.absorb_percept(&percept, &self.weeds); // belief
                     is_off_site = !self.setup.site.allows(stretch.end.pose);
                 }

@@ -276,7 +276,9 @@ def test_agents_are_listed_one_a_line(call):
     assert [row["agent"] for row in json.loads(out)] == AGENTS
 
 
-@pytest.mark.parametrize("command", [[], ["evaluate"], ["run"], ["config"], ["agents"], ["demo"]])
+@pytest.mark.parametrize(
+    "command", [[], ["evaluate"], ["run"], ["config"], ["agents"], ["demo"], ["replay"], ["report"]]
+)
 def test_every_command_explains_itself(call, command):
     status, out, err = call(*command, "--help")
     assert (status, err) == (0, "")
@@ -314,7 +316,9 @@ def test_the_demo_leaves_a_table_rows_and_pictures(call):
         for agent in AGENTS:
             assert any(line.split()[:2] == [pasture, agent] for line in out.splitlines())
             assert Path(f"demo/{pasture}-{agent}.png").read_bytes().startswith(b"\x89PNG")
-    assert {"episodes.csv", "summary.json"} <= set(names("demo"))
+    assert {"episodes.csv", "summary.json", "snake.html"} <= set(names("demo"))
+    assert out.splitlines()[-1].startswith("wrote demo/snake.html: open it in a browser to watch snake")
+    assert Path("demo/snake.html").read_text().startswith("<!doctype html>")
     with Path("demo/episodes.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 2 * len(AGENTS) * 2
