@@ -226,6 +226,7 @@ lint-compiled: tools
 docs: build-release docs-tools ## the site in out/site and the Rust documentation, warnings denied
 	$(SITE) build --quiet
 	python -m scripts.site.check out/site
+	python -m pytest tests/python/test_site.py
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
 
 .PHONY: docs-serve
@@ -235,7 +236,7 @@ docs-serve: build-release docs-tools ## the site on http://127.0.0.1:8000, made 
 .PHONY: docs-tools
 docs-tools: tools
 	@python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "the site needs Python 3.11 or newer" >&2; exit 1; }
-	$(call need,$(VENV),docs)
+	$(call need,$(VENV),docs test)
 
 # The same commit gives the same bytes. The theme's advertisement is no warning.
 SITE = NO_MKDOCS_2_WARNING=1 SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct 2>/dev/null || echo 0) python -m mkdocs

@@ -9,7 +9,7 @@ from mkdocs.structure.files import File
 from scripts.site import paths
 from scripts.site.formulas import with_mathml
 from scripts.site.links import with_links
-from scripts.site.marks import MarkError, expand
+from scripts.site.marks import MarkError, address_of, expand, races_in
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
@@ -18,10 +18,13 @@ if TYPE_CHECKING:
 
 
 def on_files(files: Files, *, config: MkDocsConfig) -> Files:
-    """Adds a picture of every agent's path, and refuses a site in which an agent or an environment has no page."""
+    """Adds the pictures and the replays, and refuses a site in which an agent or an environment has no page."""
     try:
         for source, picture in paths.pictures():
             files.append(File.generated(config, source, content=picture))
+        races = {race for page in files.documentation_pages() for race in races_in(page.content_string)}
+        for race in sorted(races):
+            files.append(File.generated(config, address_of(race), content=paths.replay(race)))
         paths.check_pages(files.src_uris)
     except MarkError as error:
         raise PluginError(str(error)) from error

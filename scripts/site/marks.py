@@ -6,6 +6,7 @@
 | `agents` | a table of the registry, with links to the pages of the agents |
 | `agent NAME` | what the registry says of an agent, and the picture of its path |
 | `path NAME` | the picture alone |
+| `replay NAME ...` | their race, to be played in the page |
 | `scenario` | every key of a scenario, from the JSON Schema |
 | `commands` | the help of every command |
 | `toml PATH` | a file of the repository as code |
@@ -26,7 +27,7 @@ from scripts.site import commands, scenario
 
 from swath import _native
 
-__all__ = ["ENVIRONMENT_PAGES", "FILE_PAGES", "MarkError", "agents", "expand"]
+__all__ = ["ENVIRONMENT_PAGES", "FILE_PAGES", "MarkError", "address_of", "agents", "expand", "races_in"]
 
 ROOT = Path(__file__).parents[2]
 
@@ -42,7 +43,7 @@ FILE_PAGES = {
 ENVIRONMENT_PAGES = {"swath/MowerRouting-v0": "environments/mower-routing.md"}
 """The page of every environment."""
 
-_MARK = re.compile(r"^<!-- swath: (\S+)(?: (\S+))? -->$", re.MULTILINE)
+_MARK = re.compile(r"^<!-- swath: (\S+)(?: (.+))? -->$", re.MULTILINE)
 
 
 class MarkError(Exception):
@@ -52,6 +53,16 @@ class MarkError(Exception):
 def agents() -> list[tuple[str, str, bool]]:
     """Returns name, line and whether its own choices are random, of every agent of the registry."""
     return _native.agents()
+
+
+def races_in(markdown: str) -> list[tuple[str, ...]]:
+    """Returns the names of the agents of every replay that a page shows."""
+    return [tuple(names.split()) for kind, names in _MARK.findall(markdown) if kind == "replay"]
+
+
+def address_of(race: tuple[str, ...]) -> str:
+    """Returns where on the site the replay of these agents lies."""
+    return f"replays/{'-'.join(race)}.html"
 
 
 def expand(markdown: str, page: str) -> str:
@@ -81,11 +92,10 @@ def _environment(name: str, _: str) -> str:
 
 
 def _agents(_: str, page: str) -> str:
-    folder = posixpath.dirname(page)
-    rows = [
-        f"| [`{name}`]({posixpath.relpath(f'agents/{name}.md', folder)}) | {_cell(about)} | {('no', 'yes')[is_random]} |"
-        for name, about, is_random in agents()
-    ]
+    rows = []
+    for name, about, is_random in agents():
+        link = posixpath.relpath(f"agents/{name}.md", posixpath.dirname(page))
+        rows.append(f"| [`{name}`]({link}) | {_cell(about)} | {'yes' if is_random else 'no'} |")
     return "\n".join(["| agent | what it does | draws numbers |", "|---|---|---|", *rows])
 
 
@@ -104,6 +114,11 @@ def _agent(name: str, page: str) -> str:
 def _path(name: str, page: str) -> str:
     picture = posixpath.relpath(f"agents/paths/{name}.png", posixpath.dirname(page) or ".")
     return f"![The path of {name}]({picture})\n\n`swath run {name} --scenario pasture --seed 7` drives it."
+
+
+def _replay(names: str, page: str) -> str:
+    address = posixpath.relpath(address_of(tuple(names.split())), posixpath.dirname(page) or ".")
+    return f'<iframe class="replay" src="{address}" title="{names}"></iframe>\n\n[On a page of its own]({address})'
 
 
 def _toml(name: str, _: str) -> str:
@@ -141,6 +156,7 @@ _KINDS: dict[str, Callable[[str, str], str]] = {
     "path": _path,
     "scenario": lambda _name, _page: scenario.reference(),
     "commands": lambda _name, _page: commands.reference(),
+    "replay": _replay,
     "toml": _toml,
     "rust": _rust,
     "file": _file,

@@ -1,14 +1,15 @@
-"""A picture of every agent's path, and the rule that every agent and every environment has a page."""
+"""A picture of every agent's path, replays, and the rule that every agent and every environment has a page."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 
 from scripts.site.marks import ENVIRONMENT_PAGES, MarkError, agents
 
 import swath
 from swath.pictures import picture
 from swath.registration import ENTRY_POINTS
+from swath.replay import page_of
 
 SCENARIO, SEED = "pasture", 7
 
@@ -17,6 +18,11 @@ def pictures() -> Iterator[tuple[str, bytes]]:
     """Yields, for every agent of the registry, where on the site its picture lies, and the picture as a PNG file."""
     for name, _, _ in agents():
         yield f"agents/paths/{name}.png", picture(swath.run_episode(name, scenario=SCENARIO, seed=SEED))
+
+
+def replay(names: Sequence[str]) -> str:
+    """Returns the replay of agents as a page."""
+    return page_of([swath.run_episode(name, scenario=SCENARIO, seed=SEED) for name in names])
 
 
 def check_pages(pages: Collection[str]) -> None:
