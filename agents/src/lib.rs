@@ -8,7 +8,7 @@
 //! | [`horizon`] | one plan over all that is known, made anew as more is known |
 //! | [`registry`] | every agent by its name, with its options |
 //! | [`tracker`] | a planner followed by a mower that is told one curvature a control period |
-//! | [`runner`], [`trajectory`] | one episode from reset to the agent's own stop, and the path it took |
+//! | [`runner`] | one episode from reset to the agent's own stop, and the path it took |
 //!
 //! ```
 //! use swath_agents::{registry::AgentSpec, runner::run_episode};
@@ -31,4 +31,3 @@ pub mod routing;
 pub mod runner;
 pub mod tour;
 pub mod tracker;
-pub mod trajectory;
