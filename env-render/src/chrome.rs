@@ -25,13 +25,14 @@ const GAP: f32 = 12.0;
 const LEGEND_SHARE: f32 = 0.2;
 
 /// The entries of the legend, in order.
-const LEGEND: [(Entry, &str); 9] = [
+const LEGEND: [(Entry, &str); 10] = [
     (Entry::Weed(State::Undetected), "weed, undetected"),
     (Entry::Weed(State::Detected), "weed, detected"),
     (Entry::Weed(State::Mowed), "weed, mowed"),
     (Entry::Mower, "mower, deck"),
     (Entry::Sensor, "sensor"),
     (Entry::Path, "path"),
+    (Entry::Start, "start"),
     (Entry::Ground(MOWED_STRIP), "mowed strip"),
     (Entry::Ground(SEEN), "seen"),
     (Entry::Ground(UNSEEN), "not seen"),
@@ -41,6 +42,7 @@ const LEGEND: [(Entry, &str); 9] = [
 enum Entry {
     Ground(Rgb),
     Path,
+    Start,
     Mower,
     Sensor,
     Weed(State),
@@ -242,6 +244,7 @@ fn swatch(
         Entry::Path => {
             stroke(pixmap, line([(left, middle), (right, middle)]).as_ref(), 1.6 * zoom, PATH);
         }
+        Entry::Start => mower::start(pixmap, (centre, middle), zoom),
         Entry::Mower => mower::icon(pixmap, (centre, middle), zoom),
         Entry::Sensor => {
             let triangle = polygon([

@@ -73,6 +73,14 @@ impl Window {
         }
     }
 
+    /// The same, grown so that it shows all of a path: `x_m`, `y_m`, `heading_rad` and `path_m` of its points.
+    #[must_use]
+    pub fn grown_along(self, points: &[[f64; 4]], deck_width_m: f64) -> Self {
+        points.iter().fold(self, |window, &[x_m, y_m, heading_rad, _]| {
+            window.grown_to(Pose::new(x_m, y_m, heading_rad), deck_width_m)
+        })
+    }
+
     /// The window, grown where a mower at `pose` with a deck of `deck_width_m` would not be shown whole.
     pub(crate) fn grown_to(mut self, pose: Pose, deck_width_m: f64) -> Self {
         for (axis, at_m) in [pose.x_m, pose.y_m].into_iter().enumerate() {

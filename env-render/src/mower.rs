@@ -2,7 +2,7 @@
 
 use swath_core::geometry::{Frame, Point, Triangle};
 use swath_core::site::Site;
-use tiny_skia::Pixmap;
+use tiny_skia::{PathBuilder, Pixmap};
 
 use crate::colours::{INK, PAPER, PATH, SENSOR, SENSOR_BORDER};
 use crate::draw::{bar_ends, fill, line, polygon, stroke};
@@ -24,6 +24,13 @@ pub(crate) fn mower(pixmap: &mut Pixmap, plot: &Plot, site: &Site, at: &Frame) {
     body_of(pixmap, (x, y), (cos, -sin), body, plot.zoom);
     let deck = bar_ends(at, site.deck_width_m).map(|end: Point| plot.at(end));
     deck_of(pixmap, deck, plot.zoom);
+}
+
+/// Marks where the path begins.
+pub(crate) fn start(pixmap: &mut Pixmap, (x, y): (f32, f32), zoom: f32) {
+    let dot = PathBuilder::from_circle(x, y, 3.0 * zoom);
+    fill(pixmap, dot.as_ref(), PAPER);
+    stroke(pixmap, dot.as_ref(), 1.6 * zoom, PATH);
 }
 
 /// Draws a small one for the legend, which drives to the right.

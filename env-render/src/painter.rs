@@ -119,6 +119,9 @@ impl Scene {
         draw_fence(&mut canvas, &plot, site);
         lay(&mut canvas, &self.path);
         draw_path(&mut canvas, &plot, self.track.rest());
+        if let Some(start) = self.track.start() {
+            mower::start(&mut canvas, plot.at(start.pose.position()), plot.zoom);
+        }
         let at = frame_of(view.pose);
         mower::triangle(&mut canvas, &plot, site, &at);
         let status = self.draw_weeds(&mut canvas, env);

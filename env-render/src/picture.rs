@@ -25,6 +25,35 @@ impl Picture {
         Self { width: pixmap.width(), height: pixmap.height(), rgb }
     }
 
+    /// Pictures of one size side by side, so many in a row; white where the last row is not full.
+    ///
+    /// # Panics
+    ///
+    /// If there are none, or they have different sizes, or `columns` is 0.
+    #[must_use]
+    pub fn tiled(pictures: &[Self], columns: usize) -> Self {
+        let (width, height) = (pictures[0].width, pictures[0].height);
+        assert!(
+            pictures.iter().all(|tile| (tile.width, tile.height) == (width, height)),
+            "tiles have one size"
+        );
+        let bytes = 3 * width as usize;
+        let mut rgb = Vec::with_capacity(bytes * height as usize * pictures.len());
+        for tiles in pictures.chunks(columns) {
+            for row in 0..height as usize {
+                for tile in tiles {
+                    rgb.extend_from_slice(&tile.rgb[row * bytes..(row + 1) * bytes]);
+                }
+                let missing = columns.min(pictures.len()) - tiles.len();
+                rgb.resize(rgb.len() + missing * bytes, u8::MAX);
+            }
+        }
+        let across = width * u32::try_from(columns.min(pictures.len())).expect("pictures are few");
+        let down =
+            height * u32::try_from(pictures.len().div_ceil(columns)).expect("pictures are few");
+        Self { width: across, height: down, rgb }
+    }
+
     /// Pixels across.
     #[must_use]
     pub fn width(&self) -> u32 {
@@ -41,6 +70,12 @@ impl Picture {
     #[must_use]
     pub fn rgb(&self) -> &[u8] {
         &self.rgb
+    }
+
+    /// The bytes without the picture.
+    #[must_use]
+    pub fn into_rgb(self) -> Vec<u8> {
+        self.rgb
     }
 
     /// The picture as a PNG file.

@@ -93,6 +93,11 @@ impl Track {
         self.end.map_or(self.window, |end| self.window.grown_to(end.pose, self.deck_width_m))
     }
 
+    /// Where the path begins, if it is kept.
+    pub(crate) fn start(&self) -> Option<Frame> {
+        self.points.first().copied()
+    }
+
     /// Begins again with handing out parts.
     pub(crate) fn rewind(&mut self) {
         self.parts = 0;

@@ -16,13 +16,14 @@ from swath.errors import ConfigError
 from swath.evaluation import Results, evaluate
 from swath.evaluation.statistics import interval, spread
 from swath.evaluation.table import print_whole
-from swath.files import check_folder, write_whole
-from swath.pictures import check_matplotlib, picture
+from swath.files import check_folder
+from swath.film import write_film
 
 __all__ = ["demo"]
 
 AGENTS = ("bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon")
 PASTURES = ("cowbot-field", "pasture")
+PICTURE_SIZE = (1280, 720)
 
 
 def demo(
@@ -33,7 +34,6 @@ def demo(
     jobs: Jobs = None,
 ) -> None:
     """Let the agents race on the shipped pastures: a table, and a picture of each agent's path on instance 0."""
-    check_matplotlib()
     check_folder("out", out)
     _refuse_others(out)
     try:
@@ -44,7 +44,7 @@ def demo(
         for pasture in PASTURES:
             for agent in AGENTS:
                 episode = run_episode(agent, scenario=pasture, seed=seed)
-                write_whole(out / f"{pasture}-{agent}.png", picture(episode))
+                write_film([episode], out / f"{pasture}-{agent}.png", size=PICTURE_SIZE)
     except KeyboardInterrupt:
         raise Stopped("stopped: the demo starts afresh next time") from None  # noqa: TRY003
     pictures = len(PASTURES) * len(AGENTS)
