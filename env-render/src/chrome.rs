@@ -9,6 +9,7 @@ use crate::draw::{fill, line, polygon, rectangle, stroke};
 use crate::layout::{Area, Plot, Size, Window, label_of, round_length, single};
 use crate::marks::{Marks, State};
 use crate::mower;
+use crate::picture::Picture;
 use crate::text::{Anchor, Letters};
 
 const TITLE_EM: f32 = 13.0;
@@ -79,7 +80,10 @@ impl Status {
 #[derive(Debug, Clone)]
 pub(crate) struct Chrome {
     pub(crate) plot: Plot,
-    pub(crate) pixmap: Pixmap,
+    pixmap: Pixmap,
+    /// The same as bytes, and the line on top by itself.
+    picture: Picture,
+    line: Pixmap,
     text: Letters,
     title: Letters,
     status_left: f32,
@@ -109,14 +113,27 @@ impl Chrome {
         let plot = Plot::within(area, window, zoom);
         let mut pixmap = Pixmap::new(size.width(), size.height()).expect("a picture is not empty");
         pixmap.fill(PAPER.into());
-        let mut chrome =
-            Self { plot, pixmap, text, title: title_letters, status_left: left, status_right: 0.0 };
+        let line = Pixmap::new(size.width(), area.top).expect("there is a line on top");
+        let picture = Picture::of(&pixmap);
+        let mut chrome = Self {
+            plot,
+            pixmap,
+            picture,
+            line,
+            text,
+            title: title_letters,
+            status_left: left,
+            status_right: 0.0,
+        };
         chrome.axes();
         if has_legend {
             chrome.legend(&lines, marks, height - BOTTOM * zoom - legend_px);
         }
         chrome.scale_bar(width - RIGHT * zoom);
         chrome.title(title);
+        chrome.picture = Picture::of(&chrome.pixmap);
+        let top = chrome.line.data().len();
+        chrome.line.data_mut().copy_from_slice(&chrome.pixmap.data()[..top]);
         chrome
     }
 
@@ -198,14 +215,19 @@ impl Chrome {
         }
     }
 
-    /// Writes how the episode stands, in as many words as there is room for.
-    pub(crate) fn write_status(&self, pixmap: &mut Pixmap, status: &Status) {
+    /// The finished picture: a plot and how the episode stands, in as many words as there is room for.
+    pub(crate) fn finish(&self, plot: &Pixmap, status: &Status) -> Picture {
+        let mut picture = self.picture.clone();
+        picture.put(plot, self.plot.area.left, self.plot.area.top);
         let room = self.status_right - self.status_left;
         let texts = status.texts();
         if let Some(text) = texts.iter().find(|text| self.text.width(text) <= room) {
+            let mut line = self.line.clone();
             let at = (self.status_left, 16.0 * self.plot.zoom);
-            self.text.draw(pixmap, text, at, Anchor::Left, INK);
+            self.text.draw(&mut line, text, at, Anchor::Left, INK);
+            picture.put(&line, 0, 0);
         }
+        picture
     }
 }
 

@@ -1,10 +1,10 @@
 //! From an environment to a picture.
 
 use swath_core::env::Env;
-use swath_core::geometry::{Frame, Pose};
+use swath_core::geometry::Frame;
 use swath_core::ground::SeenGround;
 use swath_core::site::Site;
-use tiny_skia::{Pixmap, PixmapPaint, PremultipliedColorU8, Transform};
+use tiny_skia::{Pixmap, PremultipliedColorU8};
 
 use crate::chrome::{Chrome, Status};
 use crate::colours::{FENCE, HEADLAND, MOWED_STRIP, PATH, Rgb, SEEN, UNSEEN};
@@ -70,6 +70,8 @@ struct Scene {
     ground: Ground,
     strip: Pixmap,
     path: Pixmap,
+    /// Where a plot is put together: memory that every picture works in.
+    canvas: Pixmap,
 }
 
 impl Scene {
@@ -82,7 +84,8 @@ impl Scene {
         let track = Track::new(site.turning_radius_m, site.deck_width_m, least);
         let layer = blank(&chrome.plot);
         let ground = Ground::new(&chrome.plot, site);
-        Self { size, least, marks, track, ground, strip: layer.clone(), path: layer, chrome }
+        let (strip, path) = (layer.clone(), layer.clone());
+        Self { size, least, chrome, marks, track, ground, strip, path, canvas: layer }
     }
 
     /// Takes over what has happened since the last picture.
@@ -95,7 +98,8 @@ impl Scene {
         let window = self.track.window();
         if window != self.chrome.plot.window {
             self.chrome = Chrome::new(self.size, window, &self.marks, title);
-            (self.strip, self.path) = (blank(&self.chrome.plot), blank(&self.chrome.plot));
+            let layer = blank(&self.chrome.plot);
+            (self.strip, self.path, self.canvas) = (layer.clone(), layer.clone(), layer);
             self.ground = Ground::new(&self.chrome.plot, site);
             self.track.rewind();
         } else if !goes_on {
@@ -111,51 +115,47 @@ impl Scene {
         self.ground.show(&plot, view.ground);
     }
 
-    fn paint(&self, env: &Env) -> Picture {
+    fn paint(&mut self, env: &Env) -> Picture {
         let (view, site, plot) = (env.view(), env.site(), self.chrome.plot);
-        let mut canvas = self.ground.pixmap.clone();
-        lay(&mut canvas, &self.strip);
-        draw_strip(&mut canvas, &plot, self.track.rest(), site);
-        draw_fence(&mut canvas, &plot, site);
-        lay(&mut canvas, &self.path);
-        draw_path(&mut canvas, &plot, self.track.rest());
+        let at = Frame::from(view.pose);
+        let canvas = &mut self.canvas;
+        canvas.data_mut().copy_from_slice(self.ground.pixmap.data());
+        lay(canvas, &self.strip);
+        draw_strip(canvas, &plot, self.track.rest(), site);
+        draw_fence(canvas, &plot, site);
+        lay(canvas, &self.path);
+        draw_path(canvas, &plot, self.track.rest());
         if let Some(start) = self.track.start() {
-            mower::start(&mut canvas, plot.at(start.pose.position()), plot.zoom);
+            mower::start(canvas, plot.at(start.pose.position()), plot.zoom);
         }
-        let at = frame_of(view.pose);
-        mower::triangle(&mut canvas, &plot, site, &at);
-        let status = self.draw_weeds(&mut canvas, env);
-        mower::mower(&mut canvas, &plot, site, &at);
-        let mut pixmap = self.chrome.pixmap.clone();
-        put(&mut pixmap, &canvas, &plot);
-        self.chrome.write_status(&mut pixmap, &status);
-        Picture::of(&pixmap)
+        mower::triangle(canvas, &plot, site, &at);
+        let status = draw_weeds(canvas, &plot, &self.marks, env);
+        mower::mower(canvas, &plot, site, &at);
+        self.chrome.finish(canvas, &status)
     }
+}
 
-    /// Marks every weed, those that matter most on top; returns how many there are of each.
-    fn draw_weeds(&self, canvas: &mut Pixmap, env: &Env) -> Status {
-        let weeds = env.weeds();
-        let state_of = |weed: usize| match (weeds.is_mowed()[weed], weeds.is_detected()[weed]) {
-            (true, _) => State::Mowed,
-            (false, true) => State::Detected,
-            (false, false) => State::Undetected,
-        };
-        let plot = self.chrome.plot;
-        let counts = [State::Mowed, State::Undetected, State::Detected].map(|state| {
-            let mut count = 0;
-            for (weed, &position) in weeds.positions().iter().enumerate() {
-                if state_of(weed) == state {
-                    self.marks.draw(canvas, state, plot.at(position));
-                    count += 1;
-                }
+/// Marks every weed, those that matter most on top; returns how the episode stands.
+fn draw_weeds(canvas: &mut Pixmap, plot: &Plot, marks: &Marks, env: &Env) -> Status {
+    let weeds = env.weeds();
+    let state_of = |weed: usize| match (weeds.is_mowed()[weed], weeds.is_detected()[weed]) {
+        (true, _) => State::Mowed,
+        (false, true) => State::Detected,
+        (false, false) => State::Undetected,
+    };
+    let counts = [State::Mowed, State::Undetected, State::Detected].map(|state| {
+        let mut count = 0;
+        for (weed, &position) in weeds.positions().iter().enumerate() {
+            if state_of(weed) == state {
+                marks.draw(canvas, state, plot.at(position));
+                count += 1;
             }
-            count
-        });
-        let [mowed, undetected, detected] = counts;
-        let view = env.view();
-        let seen_fraction = view.ground.fraction();
-        Status { path_m: view.path_m, mowed, detected, undetected, seen_fraction }
-    }
+        }
+        count
+    });
+    let ([mowed, undetected, detected], view) = (counts, env.view());
+    let seen_fraction = view.ground.fraction();
+    Status { path_m: view.path_m, mowed, detected, undetected, seen_fraction }
 }
 
 /// The ground without what was driven over it.
@@ -224,29 +224,35 @@ fn draw_fence(pixmap: &mut Pixmap, plot: &Plot, site: &Site) {
     stroke(pixmap, rectangle(corners.0, corners.1).as_ref(), 1.2 * plot.zoom, FENCE);
 }
 
-fn frame_of(pose: Pose) -> Frame {
-    pose.into()
-}
-
 /// A transparent layer over a plot.
 fn blank(plot: &Plot) -> Pixmap {
     Pixmap::new(plot.area.width, plot.area.height).expect("a plot is not empty")
 }
 
-/// Lays a layer over another of the same size.
+/// Lays a layer over an opaque one of the same size: mostly there is nothing, or something that hides what is below.
 fn lay(pixmap: &mut Pixmap, layer: &Pixmap) {
-    let paint = PixmapPaint::default();
-    pixmap.draw_pixmap(0, 0, layer.as_ref(), &paint, Transform::identity(), None);
+    for (below, above) in pixmap.pixels_mut().iter_mut().zip(layer.pixels()) {
+        match above.alpha() {
+            0 => {}
+            u8::MAX => *below = *above,
+            alpha => {
+                let rest = u16::from(u8::MAX - alpha);
+                let mix = |below: u8, above: u8| above + part_of(below, rest);
+                let (red, green, blue) = (
+                    mix(below.red(), above.red()),
+                    mix(below.green(), above.green()),
+                    mix(below.blue(), above.blue()),
+                );
+                *below = PremultipliedColorU8::from_rgba(red, green, blue, u8::MAX)
+                    .expect("opaque colours are premultiplied");
+            }
+        }
+    }
 }
 
-/// Puts an opaque plot where it lies in its picture.
-fn put(pixmap: &mut Pixmap, canvas: &Pixmap, plot: &Plot) {
-    let (across, width) = (pixmap.width() as usize, canvas.width() as usize);
-    let first = plot.area.top as usize * across + plot.area.left as usize;
-    let rows = canvas.pixels().chunks_exact(width);
-    for (below, row) in pixmap.pixels_mut()[first..].chunks_mut(across).zip(rows) {
-        below[..width].copy_from_slice(row);
-    }
+/// So many 255ths of a byte.
+fn part_of(byte: u8, share: u16) -> u8 {
+    u8::try_from((u16::from(byte) * share) / 255).expect("a part is no more than the whole")
 }
 
 /// The pixels whose middles lie between two places.

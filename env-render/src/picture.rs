@@ -18,11 +18,27 @@ impl Picture {
         (size > 0 && rgb.len() == size).then_some(Self { width, height, rgb })
     }
 
+    /// A picture of a pixmap whose pixels are opaque.
     pub(crate) fn of(pixmap: &Pixmap) -> Self {
-        let (pixels, _) = pixmap.data().as_chunks::<4>();
-        // An opaque pixel is premultiplied by 1.
-        let rgb = pixels.iter().flat_map(|&[red, green, blue, _]| [red, green, blue]).collect();
-        Self { width: pixmap.width(), height: pixmap.height(), rgb }
+        let (width, height) = (pixmap.width(), pixmap.height());
+        let mut picture = Self { width, height, rgb: vec![0; 3 * pixmap.pixels().len()] };
+        picture.put(pixmap, 0, 0);
+        picture
+    }
+
+    /// Puts a pixmap whose pixels are opaque where its upper left corner is at `left` and `top`; it lies within.
+    pub(crate) fn put(&mut self, pixmap: &Pixmap, left: u32, top: u32) {
+        let (across, width) = (3 * self.width as usize, pixmap.width() as usize);
+        let first = top as usize * across + 3 * left as usize;
+        let rows = pixmap.data().chunks_exact(4 * width);
+        for (below, row) in self.rgb[first..].chunks_mut(across).zip(rows) {
+            // An opaque pixel is premultiplied by 1.
+            let (pixels, _) = row.as_chunks::<4>();
+            let (places, _) = below[..3 * width].as_chunks_mut::<3>();
+            for (place, &[red, green, blue, _]) in places.iter_mut().zip(pixels) {
+                *place = [red, green, blue];
+            }
+        }
     }
 
     /// Pictures of one size side by side, so many in a row; white where the last row is not full.

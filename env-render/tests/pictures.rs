@@ -9,8 +9,8 @@ use swath_render::{Painter, Picture, Replay, Size};
 /// An environment that keeps its path, with the defaults and the keys of `toml` over them.
 fn begun(toml: &str, seed: u64) -> Env {
     let mut document = Document::empty("pictures");
-    document.overlay(toml.parse().unwrap());
-    let mut env = Env::new(&document.scenario().unwrap());
+    document.overlay(toml.parse().expect("this is TOML"));
+    let mut env = Env::new(&document.scenario().expect("the scenario is valid"));
     env.keep_trace();
     env.reset(seed);
     env
@@ -26,7 +26,7 @@ fn commands() -> impl Iterator<Item = Command> {
 }
 
 fn painter() -> Painter {
-    Painter::new(Size::new(640, 360).unwrap(), "a title")
+    Painter::new(Size::new(640, 360).expect("a picture may have this size"), "a title")
 }
 
 #[test]

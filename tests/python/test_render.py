@@ -109,9 +109,9 @@ def test_a_vectors_picture_begins_anew_with_the_episode(mode):
     alone.reset(seed=2)
     ended = False
     while not ended:
-        *_, truncations, _ = envs.step(np.zeros((1, 1), np.float32))
+        *_, terminations, truncations, _ = envs.step(np.zeros((1, 1), np.float32))
         envs.render()
-        ended = bool(truncations[0])
+        ended = bool(terminations[0] or truncations[0])
     alone.reset()
     if mode == "NextStep":
         envs.step(np.zeros((1, 1), np.float32))
