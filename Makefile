@@ -8,6 +8,7 @@ VENV := $(CURDIR)/.venv
 OLDEST := $(CURDIR)/.venv-oldest
 ZOO := $(CURDIR)/.venv-zoo
 RLLIB := $(CURDIR)/.venv-rllib
+RERUN := $(CURDIR)/.venv-rerun
 export VIRTUAL_ENV := $(VENV)
 export PATH := $(VENV)/bin:$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
@@ -47,7 +48,7 @@ tools:
 
 .PHONY: setup
 setup: tools ## everything for working on swath: the venv, the pinned tools, the git hooks, a build
-	$(call need,$(VENV),build demo typing lint test dev)
+	$(call need,$(VENV),build demo paper typing lint test dev)
 	@if git rev-parse --git-dir >/dev/null 2>&1; then prek install; fi
 	@$(MAKE) --no-print-directory build
 
@@ -135,6 +136,11 @@ test-ray: build-release server ## sweeps and trainings on Ray, in .venv-rllib, w
 	PYTHONPATH=$(CURDIR)/env-py/python OMP_NUM_THREADS=1 \
 	  scripts/on_loopback.sh $(RLLIB)/bin/python -m pytest --durations=5 tests/python/test_ray.py $(ARGS)
 
+.PHONY: test-rerun
+test-rerun: build-release ## recordings for the Rerun viewer, in .venv-rerun; its package takes 800 MB
+	$(call need,$(RERUN),rerun)
+	PYTHONPATH=$(CURDIR)/env-py/python $(RERUN)/bin/python -m pytest tests/python/test_film.py -k rerun $(ARGS)
+
 # Outside the workspace, with a lock file of its own.
 FUZZ = --manifest-path fuzz/Cargo.toml --target-dir target/fuzz --no-default-features
 
@@ -217,7 +223,7 @@ lint: tools ## formats, spelling, layers, paths, licences, then clippy and mypy;
 
 .PHONY: lint-compiled
 lint-compiled: tools
-	$(call need,$(VENV),demo typing)
+	$(call need,$(VENV),demo paper typing)
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	@$(MAKE) --no-print-directory check-fuzz
 	python -m mypy
@@ -316,5 +322,6 @@ train-learned: build-release ## the trainings of agents/learned, their curves an
 
 .PHONY: paper
 paper: build-release ## the experiments of the paper run anew: docs/reproduce, its data and figures
+	$(call need,$(VENV),paper)
 	rm -rf out/paper
 	python -m benchmarks.paper

@@ -8,7 +8,7 @@
 //! | [`horizon`] | one plan over all that is known, made anew as more is known |
 //! | [`registry`] | every agent by its name, with its options |
 //! | [`tracker`] | a planner followed by a mower that is told one curvature a control period |
-//! | [`runner`], [`trajectory`], [`timeline`] | one episode from reset to the agent's own stop, the path it took, and when it found what |
+//! | [`runner`], [`timeline`] | one episode from reset to the agent's own stop, the path it took, and when it found what |
 //!
 //! ```
 //! use swath_agents::{registry::AgentSpec, runner::run_episode};
@@ -32,4 +32,3 @@ pub mod runner;
 pub mod timeline;
 pub mod tour;
 pub mod tracker;
-pub mod trajectory;

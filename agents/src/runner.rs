@@ -4,12 +4,12 @@ use swath_core::config::ValidScenario;
 use swath_core::env::{Beginning, Env, Summary, Watch};
 use swath_core::episode::{End, Outcome};
 use swath_core::geometry::{Arc, Point};
+use swath_core::trajectory::Trajectory;
 use swath_core::weeds::Weeds;
 
 use crate::agent::{Agent, Decision};
 use crate::registry::AgentSpec;
 use crate::timeline::{Log, Timeline};
-use crate::trajectory::Trajectory;
 
 /// Decisions in a row that move nothing after which an agent is broken.
 const MOTIONLESS_DECISIONS: u32 = 10_000;

@@ -28,6 +28,7 @@ use crate::reward::{RewardTerms, Tally};
 use crate::rig::Rig;
 use crate::rng::{self, Stream};
 use crate::site::Site;
+use crate::trajectory::Trace;
 use crate::view::View;
 use crate::weeds::{self, Weeds};
 use setup::Setup;
@@ -47,6 +48,8 @@ pub struct Env {
     episodes: u64,
     /// Where the action kind or the observation needs them; apart, since few scenarios do.
     candidates: Option<Box<Candidates>>,
+    /// Where pictures are asked for.
+    trace: Option<Box<Trace>>,
 }
 
 /// What a step brought.
@@ -108,6 +111,7 @@ impl Env {
             seed: 0,
             episodes: 0,
             candidates,
+            trace: None,
             setup: Arc::new(setup),
         }
     }
@@ -115,6 +119,11 @@ impl Env {
     /// Lets episodes run until the agent stops: no budget, no goal, no step limit. The headland still holds.
     pub fn lift_limits(&mut self) {
         self.limits.lift();
+    }
+
+    /// Keeps the path from now on, for pictures: [`Env::trace`].
+    pub fn keep_trace(&mut self) {
+        self.trace = Some(Box::new(Trace::at(self.mower.pose())));
     }
 
     /// Begins episode 0 of `seed`.
@@ -174,8 +183,16 @@ impl Env {
         let Self { rig, mower, weeds, belief, .. } = self;
         let percept = rig.sensor.look_around(&mower.frame(), weeds, belief.ground());
         self.belief.absorb_percept(&percept, &self.weeds);
+        self.forget();
+    }
+
+    /// Throws away what was worked out, or kept, of another state.
+    fn forget(&mut self) {
         if let Some(candidates) = &mut self.candidates {
             candidates.reset();
+        }
+        if let Some(trace) = &mut self.trace {
+            trace.begin(self.mower.pose());
         }
     }
 
@@ -296,6 +313,9 @@ impl Env {
             }
         }
         self.mower.rest();
+        if let Some(trace) = &mut self.trace {
+            trace.follow(command.curvature_per_m, tally.distance_m, self.mower.pose());
+        }
         let view = View::new(&self.setup.site, &self.mower, &self.belief);
         let end = self.episode.judge(&view, &self.limits, is_off_site); // end
         tally.forfeit_m = self.limits.forfeit_m(end, view.path_m);
@@ -390,6 +410,12 @@ impl Env {
     #[must_use]
     pub fn end(&self) -> Option<End> {
         self.episode.end()
+    }
+
+    /// The path driven since the episode began or was restored; `None` unless it is kept.
+    #[must_use]
+    pub fn trace(&self) -> Option<&Trace> {
+        self.trace.as_deref()
     }
 
     /// The truth about the weeds. Agents never see it.

@@ -327,12 +327,6 @@ def test_the_demo_leaves_a_table_rows_and_pictures(call):
     assert call("demo", "--out", "demo", "--instances", 2)[0] == 0
 
 
-def test_the_demo_names_the_extra_when_matplotlib_is_absent(call, monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert refused(call("demo", "--out", "demo")) == "pictures need matplotlib: pip install 'swath[plot]'"
-    assert names() == []
-
-
 def test_the_demo_leaves_the_folders_of_others_alone(call):
     Path("mine").mkdir()
     Path("mine/notes.txt").write_text("notes")

@@ -17,7 +17,7 @@ from swath.evaluation import Results, evaluate
 from swath.evaluation.statistics import interval, spread
 from swath.evaluation.table import print_whole
 from swath.files import check_folder, write_whole
-from swath.pictures import check_matplotlib, picture
+from swath.film import write_film
 from swath.replay import page_of
 
 __all__ = ["demo"]
@@ -25,6 +25,7 @@ __all__ = ["demo"]
 AGENTS = ("bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon")
 PASTURES = ("cowbot-field", "pasture")
 REPLAY, REPLAYED = "snake.html", (("pasture", "snake"), ("pasture", "horizon"))
+PICTURE_SIZE = (1280, 720)
 
 
 def demo(
@@ -37,7 +38,6 @@ def demo(
     jobs: Jobs = None,
 ) -> None:
     """Let the agents race on the shipped pastures: a table, a picture of each path, and a replay."""
-    check_matplotlib()
     check_folder("out", out)
     _refuse_others(out)
     try:
@@ -49,7 +49,7 @@ def demo(
         for pasture in PASTURES:
             for agent in AGENTS:
                 episode = run_episode(agent, scenario=pasture, seed=seed)
-                write_whole(out / f"{pasture}-{agent}.png", picture(episode))
+                write_film([episode], out / f"{pasture}-{agent}.png", size=PICTURE_SIZE)
                 if (pasture, agent) in REPLAYED:
                     replayed.append(episode)
         write_whole(out / REPLAY, page_of(replayed))

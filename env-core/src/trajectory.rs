@@ -1,7 +1,7 @@
 //! The path that a mower took.
 
-use swath_core::geometry::{Arc, Pose};
-use swath_core::math::{floor_index, wrap_to_pi};
+use crate::geometry::{Arc, Pose};
+use crate::math::{floor_index, wrap_to_pi};
 
 /// Largest distance between two points of a sampled path, metres.
 pub const SAMPLE_SPACING_M: f64 = 0.1;
@@ -53,5 +53,46 @@ impl Trajectory {
             path_m += arc.length_m;
         }
         points
+    }
+}
+
+/// The path of a running episode, for pictures of it.
+#[derive(Debug, Clone)]
+pub struct Trace {
+    path: Trajectory,
+    /// Where the mower stands.
+    at: Pose,
+    beginnings: u64,
+}
+
+impl Trace {
+    /// A trace that begins where the mower stands.
+    pub(crate) fn at(pose: Pose) -> Self {
+        Self { path: Trajectory::default(), at: pose, beginnings: 0 }
+    }
+
+    /// Forgets the path: an episode begins at `pose`, or goes on there.
+    pub(crate) fn begin(&mut self, pose: Pose) {
+        self.path = Trajectory::default();
+        self.at = pose;
+        self.beginnings += 1;
+    }
+
+    /// Adds what led to `pose`.
+    pub(crate) fn follow(&mut self, curvature_per_m: f64, length_m: f64, pose: Pose) {
+        self.path.push(Arc { start: self.at, curvature_per_m, length_m });
+        self.at = pose;
+    }
+
+    /// The path since the trace began.
+    #[must_use]
+    pub fn path(&self) -> &Trajectory {
+        &self.path
+    }
+
+    /// How often the trace has begun anew: what was drawn of it before is of no use then.
+    #[must_use]
+    pub fn beginnings(&self) -> u64 {
+        self.beginnings
     }
 }
