@@ -22,7 +22,7 @@ from swath.replay import page_of
 
 __all__ = ["demo"]
 
-AGENTS = ("bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon")
+AGENTS = ("bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "horizon", "learned")
 PASTURES = ("cowbot-field", "pasture")
 REPLAY, REPLAYED = "snake.html", (("pasture", "snake"), ("pasture", "horizon"))
 PICTURE_SIZE = (1280, 720)
