@@ -50,8 +50,8 @@ class MarkError(Exception):
     """A mark that stands for nothing, or a page that is missing."""
 
 
-def agents() -> list[tuple[str, str, bool]]:
-    """Returns name, line and whether its own choices are random, of every agent of the registry."""
+def agents() -> list[tuple[str, str, bool, bool]]:
+    """Returns of every agent its name, its line, whether it draws numbers, and whether it is online."""
     return _native.agents()
 
 
@@ -93,10 +93,14 @@ def _environment(name: str, _: str) -> str:
 
 def _agents(_: str, page: str) -> str:
     rows = []
-    for name, about, is_random in agents():
+    for name, about, is_random, is_online in agents():
         link = posixpath.relpath(f"agents/{name}.md", posixpath.dirname(page))
-        rows.append(f"| [`{name}`]({link}) | {_cell(about)} | {'yes' if is_random else 'no'} |")
-    return "\n".join(["| agent | what it does | draws numbers |", "|---|---|---|", *rows])
+        rows.append(f"| [`{name}`]({link}) | {_cell(about)} | {_yes(is_random)} | {_yes(is_online)} |")
+    return "\n".join(["| agent | what it does | draws numbers | online |", "|---|---|---|---|", *rows])
+
+
+def _yes(is_so: bool) -> str:  # noqa: FBT001 - a cell of the table
+    return "yes" if is_so else "no"
 
 
 def _cell(text: str) -> str:
@@ -104,7 +108,7 @@ def _cell(text: str) -> str:
 
 
 def _agent(name: str, page: str) -> str:
-    lines = {agent: about for agent, about, _ in agents()}
+    lines = {agent: about for agent, about, *_ in agents()}
     if name not in lines:
         text = f"there is no agent `{name}`"
         raise MarkError(text)

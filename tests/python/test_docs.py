@@ -202,7 +202,7 @@ def test_the_blocks_of_docstrings_run(desk, path):
 
     if path.endswith("/rllib.py"):
         pytest.importorskip("ray", reason="Ray has an environment of its own")
-    run_blocks(desk, path, PythonDocStringDocument, gym=gym, swath=swath, PPO=PPO, minari=minari)
+    run_blocks(desk, path, PythonDocStringDocument, gym=gym, swath=swath, PPO=PPO, minari=minari, Path=Path)
 
 
 def test_a_block_that_is_not_run_says_why():
