@@ -8,6 +8,7 @@ VENV := $(CURDIR)/.venv
 OLDEST := $(CURDIR)/.venv-oldest
 ZOO := $(CURDIR)/.venv-zoo
 RLLIB := $(CURDIR)/.venv-rllib
+RERUN := $(CURDIR)/.venv-rerun
 export VIRTUAL_ENV := $(VENV)
 export PATH := $(VENV)/bin:$(PATH)
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
@@ -47,12 +48,12 @@ tools:
 
 .PHONY: setup
 setup: tools ## everything for working on swath: the venv, the pinned tools, the git hooks, a build
-	$(call need,$(VENV),build demo typing lint test dev)
+	$(call need,$(VENV),build demo paper typing lint test dev)
 	@if git rev-parse --git-dir >/dev/null 2>&1; then prek install; fi
 	@$(MAKE) --no-print-directory build
 
 .PHONY: demo
-demo: build-release ## the agents race on the shipped pastures: a table, pictures in out/demo
+demo: build-release ## the agents race on the shipped pastures: a table, pictures and a replay (snake.html) in out/demo
 	python -m swath demo --out out/demo
 
 # Inner loop
@@ -134,6 +135,11 @@ test-ray: build-release server ## sweeps and trainings on Ray, in .venv-rllib, w
 	$(call need,$(RLLIB),rllib)
 	PYTHONPATH=$(CURDIR)/env-py/python OMP_NUM_THREADS=1 \
 	  scripts/on_loopback.sh $(RLLIB)/bin/python -m pytest --durations=5 tests/python/test_ray.py $(ARGS)
+
+.PHONY: test-rerun
+test-rerun: build-release ## recordings for the Rerun viewer, in .venv-rerun; its package takes 800 MB
+	$(call need,$(RERUN),rerun)
+	PYTHONPATH=$(CURDIR)/env-py/python $(RERUN)/bin/python -m pytest tests/python/test_film.py -k rerun $(ARGS)
 
 # Outside the workspace, with a lock file of its own.
 FUZZ = --manifest-path fuzz/Cargo.toml --target-dir target/fuzz --no-default-features
@@ -217,14 +223,29 @@ lint: tools ## formats, spelling, layers, paths, licences, then clippy and mypy;
 
 .PHONY: lint-compiled
 lint-compiled: tools
-	$(call need,$(VENV),demo typing)
+	$(call need,$(VENV),demo paper typing)
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	@$(MAKE) --no-print-directory check-fuzz
 	python -m mypy
 
 .PHONY: docs
-docs: tools ## the Rust documentation, warnings denied
+docs: build-release docs-tools ## the site in out/site and the Rust documentation, warnings denied
+	$(SITE) build --quiet
+	python -m scripts.site.check out/site
+	python -m pytest tests/python/test_site.py
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
+
+.PHONY: docs-serve
+docs-serve: build-release docs-tools ## the site on http://127.0.0.1:8000, made anew when a page changes; PORT= another one
+	$(SITE) serve --dev-addr 127.0.0.1:$(or $(PORT),8000) --watch env-py/python/swath --watch scripts/site
+
+.PHONY: docs-tools
+docs-tools: tools
+	@python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "the site needs Python 3.11 or newer" >&2; exit 1; }
+	$(call need,$(VENV),docs test)
+
+# The same commit gives the same bytes. The theme's advertisement is no warning.
+SITE = NO_MKDOCS_2_WARNING=1 SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct 2>/dev/null || echo 0) python -m mkdocs
 
 .PHONY: ci
 ci: lint test test-gymnasium-oldest bench-count docs demo ## everything that .ci/run checks, up to the first failure
@@ -287,14 +308,21 @@ valgrind: ## in CI: installs valgrind, which bench-count needs, from the system'
 	@command -v valgrind >/dev/null || [ -z "$(CI)" ] || ! command -v apt-get >/dev/null \
 	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends valgrind; }
 
+.PHONY: browser
+browser: ## in CI: installs Chromium, which the tests of replays and reports open, from the system's packages
+	@command -v chromium >/dev/null || [ -z "$(CI)" ] || ! command -v apt-get >/dev/null \
+	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium; }
+
 .PHONY: train-learned
-train-learned: build-release ## the trainings of agents/learned, their curves and contests; goes on where it was stopped
+train-learned: build-release ## the agent learned: trains it, compiles it in, its curve and its contest; goes on where it was stopped
 	$(call need,$(VENV),test)
 	python -m swath train maskable-routing --out out/learned/maskable-routing
-	python -m swath train ppo-features --out out/learned/ppo-features
+	python -m benchmarks.learned --export
+	@$(MAKE) --no-print-directory build-release
 	python -m benchmarks.learned
 
 .PHONY: paper
 paper: build-release ## the experiments of the paper run anew: docs/reproduce, its data and figures
+	$(call need,$(VENV),paper)
 	rm -rf out/paper
 	python -m benchmarks.paper

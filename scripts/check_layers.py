@@ -26,7 +26,7 @@ ARROWS: dict[str, set[str]] = {
     "swath-server": {"swath-core", "swath-wire"},
     "swath-py": {"swath-core", "swath-agents", "swath-wire", "swath-render"},
     "swath-tests": {"swath-core", "swath-agents", "swath-wire"},
-    "swath-benchmarks": {"swath-core", "swath-agents", "swath-wire"},
+    "swath-benchmarks": {"swath-core", "swath-agents", "swath-wire", "swath-render"},
 }
 
 # Crates that may be reached, through whatever dependency, only from these crates of the workspace.

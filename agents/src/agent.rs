@@ -23,6 +23,26 @@ pub enum Decision {
 ///
 /// It sees [`View`] and nothing else. A command may be cut short by the world (a control period, a budget), so an agent
 /// goes by `view.path_m` and `view.pose`, never by what it asked for.
+///
+/// ```
+/// use swath_agents::agent::{Agent, Decision, PIECE_M};
+/// use swath_core::action::Command;
+/// use swath_core::view::View;
+///
+/// /// Drives straight on until it has crossed the pasture.
+/// struct Straight;
+///
+/// impl Agent for Straight {
+///     fn reset(&mut self, _view: &View) {}
+///
+///     fn act(&mut self, view: &View) -> Decision {
+///         if view.pose.x_m >= view.site.length_m {
+///             return Decision::Done;
+///         }
+///         Decision::Drive(Command { curvature_per_m: 0.0, distance_m: PIECE_M })
+///     }
+/// }
+/// ```
 pub trait Agent: Send {
     /// Where the agent would like to start, if not where the scenario says. Only the native runner honours it.
     fn start(&self, _site: &Site) -> Option<Pose> {

@@ -1,14 +1,15 @@
 //! One episode, from reset to the agent's own stop.
 
 use swath_core::config::ValidScenario;
-use swath_core::env::{Beginning, Env, Summary};
+use swath_core::env::{Beginning, Env, Summary, Watch};
 use swath_core::episode::{End, Outcome};
 use swath_core::geometry::{Arc, Point};
+use swath_core::trajectory::Trajectory;
 use swath_core::weeds::Weeds;
 
 use crate::agent::{Agent, Decision};
 use crate::registry::AgentSpec;
-use crate::trajectory::Trajectory;
+use crate::timeline::{Log, Timeline};
 
 /// Decisions in a row that move nothing after which an agent is broken.
 const MOTIONLESS_DECISIONS: u32 = 10_000;
@@ -24,6 +25,8 @@ pub struct EpisodeResult {
     pub trajectory: Trajectory,
     /// The weeds, and which of them were detected and mowed.
     pub weeds: Weeds,
+    /// When they were, and when the ground was seen.
+    pub timeline: Timeline,
 }
 
 /// Runs an agent on the instance `seed` of a scenario until it stops, whatever budget and goal the scenario has.
@@ -37,19 +40,31 @@ pub fn run_episode(
     weeds: Option<&[Point]>,
 ) -> EpisodeResult {
     let mut env = Env::new(scenario);
-    let mut agent = agent.build(seed);
-    let mut trajectory = Trajectory::default();
-    let outcome =
-        run_agent(&mut env, agent.as_mut(), seed, weeds, |motion| trajectory.push(motion));
-    EpisodeResult { summary: env.summary(), outcome, trajectory, weeds: env.weeds().clone() }
+    let mut agent = built(agent, &mut env, seed, weeds);
+    let (mut trajectory, mut log) = (Trajectory::default(), Log::default());
+    let record = |motion| trajectory.push(motion);
+    let outcome = run_watched(&mut env, agent.as_mut(), seed, weeds, record, &mut log);
+    let timeline = log.timeline(&env);
+    let (summary, weeds) = (env.summary(), env.weeds().clone());
+    EpisodeResult { summary, outcome, trajectory, weeds, timeline }
 }
 
 /// Runs an agent on the instance `seed` of a scenario and keeps its numbers only.
 #[must_use]
 pub fn run_summary(scenario: &ValidScenario, agent: &AgentSpec, seed: u64) -> (Summary, Outcome) {
     let mut env = Env::new(scenario);
-    let outcome = run_agent(&mut env, agent.build(seed).as_mut(), seed, None, |_| ());
+    let mut agent = built(agent, &mut env, seed, None);
+    let outcome = run_agent(&mut env, agent.as_mut(), seed, None, |_| ());
     (env.summary(), outcome)
+}
+
+/// The agent; a yardstick is told the weeds of the instance, which is drawn for that.
+fn built(agent: &AgentSpec, env: &mut Env, seed: u64, weeds: Option<&[Point]>) -> Box<dyn Agent> {
+    if agent.is_online() {
+        return agent.build(seed);
+    }
+    env.reset_from(seed, Beginning { weeds, start: None });
+    agent.build_for(seed, env.weeds().positions())
 }
 
 /// Runs an agent on the instance `seed` of a fresh environment until it stops; `record` is told every arc driven.
@@ -58,7 +73,19 @@ pub fn run_agent(
     agent: &mut dyn Agent,
     seed: u64,
     weeds: Option<&[Point]>,
+    record: impl FnMut(Arc),
+) -> Outcome {
+    run_watched(env, agent, seed, weeds, record, &mut ())
+}
+
+/// The same, and tells `watch` what every stretch of the path brings.
+pub fn run_watched(
+    env: &mut Env,
+    agent: &mut dyn Agent,
+    seed: u64,
+    weeds: Option<&[Point]>,
     mut record: impl FnMut(Arc),
+    watch: &mut impl Watch,
 ) -> Outcome {
     env.lift_limits();
     env.reset_from(seed, Beginning { weeds, start: agent.start(env.site()) });
@@ -71,7 +98,9 @@ pub fn run_agent(
             Decision::Capped => return Outcome::Capped,
         };
         let start = env.view().pose;
-        let step = env.drive(command).expect("planners give commands that the mower can drive");
+        let step = env
+            .drive_watched(command, watch)
+            .expect("planners give commands that the mower can drive");
         record(Arc { start, curvature_per_m: command.curvature_per_m, length_m: step.distance_m });
         motionless = if step.distance_m > 0.0 { 0 } else { motionless + 1 };
         assert!(motionless < MOTIONLESS_DECISIONS, "an agent must move or stop");

@@ -167,6 +167,11 @@ impl BatchEnv {
         })
     }
 
+    /// Keeps the path of every row from now on, for pictures: [`Env::trace`].
+    pub fn keep_traces(&mut self) {
+        self.envs.iter_mut().for_each(Env::keep_trace);
+    }
+
     /// Begins episode 0 of `seed` + i in every row i. Seeds go around at the end of their range.
     pub fn reset(&mut self, seed: u64) {
         for (row, ahead) in (0..self.envs.len()).zip(0..) {

@@ -7,9 +7,11 @@
 mod setup;
 mod snapshot;
 mod summary;
+mod watch;
 
 pub use snapshot::{SnapshotError, weeds_in};
 pub use summary::Summary;
+pub use watch::Watch;
 
 use std::sync::Arc;
 
@@ -26,6 +28,7 @@ use crate::reward::{RewardTerms, Tally};
 use crate::rig::Rig;
 use crate::rng::{self, Stream};
 use crate::site::Site;
+use crate::trajectory::Trace;
 use crate::view::View;
 use crate::weeds::{self, Weeds};
 use setup::Setup;
@@ -45,6 +48,8 @@ pub struct Env {
     episodes: u64,
     /// Where the action kind or the observation needs them; apart, since few scenarios do.
     candidates: Option<Box<Candidates>>,
+    /// Where pictures are asked for.
+    trace: Option<Box<Trace>>,
 }
 
 /// What a step brought.
@@ -106,6 +111,7 @@ impl Env {
             seed: 0,
             episodes: 0,
             candidates,
+            trace: None,
             setup: Arc::new(setup),
         }
     }
@@ -113,6 +119,11 @@ impl Env {
     /// Lets episodes run until the agent stops: no budget, no goal, no step limit. The headland still holds.
     pub fn lift_limits(&mut self) {
         self.limits.lift();
+    }
+
+    /// Keeps the path from now on, for pictures: [`Env::trace`].
+    pub fn keep_trace(&mut self) {
+        self.trace = Some(Box::new(Trace::at(self.mower.pose())));
     }
 
     /// Begins episode 0 of `seed`.
@@ -172,8 +183,16 @@ impl Env {
         let Self { rig, mower, weeds, belief, .. } = self;
         let percept = rig.sensor.look_around(&mower.frame(), weeds, belief.ground());
         self.belief.absorb_percept(&percept, &self.weeds);
+        self.forget();
+    }
+
+    /// Throws away what was worked out, or kept, of another state.
+    fn forget(&mut self) {
         if let Some(candidates) = &mut self.candidates {
             candidates.reset();
+        }
+        if let Some(trace) = &mut self.trace {
+            trace.begin(self.mower.pose());
         }
     }
 
@@ -246,6 +265,19 @@ impl Env {
     ///
     /// [`ActionError`]; the state is then as it was.
     pub fn drive(&mut self, command: Command) -> Result<Step, ActionError> {
+        self.drive_watched(command, &mut ())
+    }
+
+    /// The same, and tells `watch` what every stretch brings.
+    ///
+    /// # Errors
+    ///
+    /// As [`Env::drive`].
+    pub fn drive_watched(
+        &mut self,
+        command: Command,
+        watch: &mut impl Watch,
+    ) -> Result<Step, ActionError> {
         self.episode.check_running()?;
         if let Some(candidates) = &mut self.candidates {
             candidates.expire();
@@ -267,9 +299,11 @@ impl Env {
                 self.mower.follow(&stretch); // mower
                 let cut = deck.mow(&stretch, &mut self.weeds); // deck
                 tally.add(stretch.driven_m, cut.mowed.len());
+                watch.on_cut(stretch.path_m, &cut);
                 self.belief.absorb_cut(&cut);
                 if stretch.ends_at_look {
                     let percept = sensor.look(stretch.index, &mut self.weeds); // sensor
+                    watch.on_look(stretch.path_m, &percept);
                     self.belief.absorb_percept(&percept, &self.weeds); // belief
                     is_off_site = !self.setup.site.allows(stretch.end.pose);
                 }
@@ -279,6 +313,9 @@ impl Env {
             }
         }
         self.mower.rest();
+        if let Some(trace) = &mut self.trace {
+            trace.follow(command.curvature_per_m, tally.distance_m, self.mower.pose());
+        }
         let view = View::new(&self.setup.site, &self.mower, &self.belief);
         let end = self.episode.judge(&view, &self.limits, is_off_site); // end
         tally.forfeit_m = self.limits.forfeit_m(end, view.path_m);
@@ -373,6 +410,12 @@ impl Env {
     #[must_use]
     pub fn end(&self) -> Option<End> {
         self.episode.end()
+    }
+
+    /// The path driven since the episode began or was restored; `None` unless it is kept.
+    #[must_use]
+    pub fn trace(&self) -> Option<&Trace> {
+        self.trace.as_deref()
     }
 
     /// The truth about the weeds. Agents never see it.

@@ -11,7 +11,7 @@
 //! | [`math`], [`geometry`] | exact arcs, Dubins words, the swept bar and the triangle |
 //! | [`config`], [`rng`] | a scenario, checked once; random numbers, one stream per purpose |
 //! | [`site`], [`grid`], [`known`], [`ground`], [`weeds`] | the pasture: its public numbers, its cells, what is known to grow on it and was seen, what does |
-//! | [`action`], [`motion`], [`mower`] | from an agent's numbers to a motion |
+//! | [`action`], [`motion`], [`mower`], [`trajectory`] | from an agent's numbers to a motion, and the path that motions add up to |
 //! | [`deck`] | **where a weed is mowed** |
 //! | [`sensor`], [`belief`], [`view`] | **who may see it**: what a look shows, what the mower remembers, what an agent gets |
 //! | [`mirror`] | that told piece by piece, for an agent in another process |
@@ -43,6 +43,7 @@ pub mod weeds;
 pub mod action;
 pub mod motion;
 pub mod mower;
+pub mod trajectory;
 pub mod deck;
 pub mod sensor;
 mod rig;

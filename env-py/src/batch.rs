@@ -13,6 +13,7 @@ use crate::action::ActionBuffer;
 use crate::errors::Error;
 use crate::face::{Ends, Face, FlatStep, Step};
 use crate::infos::table;
+use crate::pictures::{Gallery, Image, image, no_pictures};
 use crate::scenario::Scenario;
 use crate::seed::{Seed, seeds_of_rows};
 use crate::spec::{self, ActionForm, PartTuple};
@@ -34,12 +35,13 @@ pub(crate) struct Batch {
     options: BatchOptions,
     actions: ActionBuffer,
     face: Face,
+    gallery: Option<Gallery>,
 }
 
 #[pymethods]
 impl Batch {
     #[new]
-    #[pyo3(signature = (scenario, num_envs, autoreset_mode, num_threads, *, copy, infos=true))]
+    #[pyo3(signature = (scenario, num_envs, autoreset_mode, num_threads, *, copy, infos=true, picture_size=None))]
     fn new(
         scenario: Bound<Scenario>,
         num_envs: usize,
@@ -48,10 +50,16 @@ impl Batch {
         copy: bool,
         // Whether every step tells its infos, or only those of episodes that end, and what may be chosen.
         infos: bool,
+        // Width and height of pictures in pixels; `None` where there are none.
+        picture_size: Option<&Bound<PyAny>>,
     ) -> Result<Self, Error> {
+        let gallery = picture_size.map(|size| Gallery::new(size, num_envs)).transpose()?;
         let autoreset = autoreset_from(autoreset_mode)?;
         let options = BatchOptions { rows: num_envs, autoreset, threads: num_threads };
-        let core = BatchEnv::new(&scenario.get().scenario, options)?;
+        let mut core = BatchEnv::new(&scenario.get().scenario, options)?;
+        if gallery.is_some() {
+            core.keep_traces();
+        }
         let choices = core.mask_width();
         let face = Face::new(core.observation_spec(), num_envs, autoreset, choices, copy, infos);
         Ok(Self {
@@ -60,6 +68,7 @@ impl Batch {
             options,
             actions: ActionBuffer::default(),
             face,
+            gallery,
         })
     }
 
@@ -162,6 +171,14 @@ impl Batch {
         Ok(numbers)
     }
 
+    /// A picture of every row, (height, width, 3) each.
+    fn render<'py>(&mut self, py: Python<'py>) -> Result<Vec<Image<'py>>, Error> {
+        let Self { core, gallery, .. } = self;
+        let gallery = gallery.as_mut().ok_or_else(no_pictures)?;
+        let pictures = py.detach(|| gallery.paint(core.rows()))?;
+        pictures.into_iter().map(|picture| Ok(image(py, picture)?)).collect()
+    }
+
     /// The state as bytes: of all rows, or of one.
     #[pyo3(signature = (row=None))]
     fn snapshot<'py>(
@@ -202,6 +219,7 @@ impl Batch {
         let keywords = PyDict::new(py);
         keywords.set_item("copy", self.face.is_copied())?;
         keywords.set_item("infos", self.face.has_infos())?;
+        keywords.set_item("picture_size", self.gallery.as_ref().map(Gallery::size))?;
         Ok(((self.scenario(py), rows, autoreset, threads), keywords))
     }
 

@@ -15,6 +15,7 @@ use swath_core::reward::RewardTerms;
 
 use crate::action::read_action;
 use crate::errors::Error;
+use crate::pictures::{Gallery, Image, image, no_pictures};
 use crate::scenario::Scenario;
 use crate::seed::Seed;
 use crate::spec::{self, ActionForm, PartTuple};
@@ -36,16 +37,24 @@ pub(crate) struct Env {
     action: Vec<f32>,
     observation: Observation,
     mask: Vec<bool>,
+    gallery: Option<Gallery>,
 }
 
 #[pymethods]
 impl Env {
+    /// `picture_size`: width and height of pictures in pixels; `None` where there are none.
     #[new]
-    fn new(scenario: Bound<Scenario>) -> Self {
-        let core = env::Env::new(&scenario.get().scenario);
+    #[pyo3(signature = (scenario, picture_size=None))]
+    fn new(scenario: Bound<Scenario>, picture_size: Option<&Bound<PyAny>>) -> Result<Self, Error> {
+        let gallery = picture_size.map(|size| Gallery::new(size, 1)).transpose()?;
+        let mut core = env::Env::new(&scenario.get().scenario);
+        if gallery.is_some() {
+            core.keep_trace();
+        }
         let observation = core.observation_spec().rows(1);
         let (action, mask) = (Vec::new(), Vec::new());
-        Self { core, episode: 0, scenario: scenario.unbind(), action, observation, mask }
+        let scenario = scenario.unbind();
+        Ok(Self { core, episode: 0, scenario, action, observation, mask, gallery })
     }
 
     /// The scenario that the environment was made for.
@@ -135,6 +144,14 @@ impl Env {
         Ok(PyArray1::from_slice(py, &self.mask))
     }
 
+    /// A picture, (height, width, 3).
+    fn render<'py>(&mut self, py: Python<'py>) -> Result<Image<'py>, Error> {
+        let Self { core, gallery, .. } = self;
+        let gallery = gallery.as_mut().ok_or_else(no_pictures)?;
+        let pictures = py.detach(|| gallery.paint(std::slice::from_ref(core)))?;
+        Ok(image(py, pictures.into_iter().next().expect("there is one environment"))?)
+    }
+
     /// The whole state as bytes.
     fn snapshot<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
         PyBytes::new(py, &py.detach(|| self.core.snapshot()))
@@ -147,8 +164,8 @@ impl Env {
         Ok(())
     }
 
-    fn __getnewargs__(&self, py: Python) -> (Py<Scenario>,) {
-        (self.scenario(py),)
+    fn __getnewargs__(&self, py: Python) -> (Py<Scenario>, Option<(u32, u32)>) {
+        (self.scenario(py), self.gallery.as_ref().map(Gallery::size))
     }
 
     fn __getstate__<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {

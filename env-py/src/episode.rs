@@ -7,6 +7,7 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use swath_agents::runner::{self, EpisodeResult};
+use swath_agents::timeline::Timeline;
 use swath_core::site::Site;
 
 use crate::agent::AgentSpec;
@@ -39,6 +40,19 @@ impl Episode {
         matrix(py, &py.detach(|| self.result.trajectory.sample()))
     }
 
+    /// The arcs of the path, (n, 5).
+    #[getter]
+    fn arcs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let arcs = self.result.trajectory.arcs().iter();
+        let rows: Vec<[f64; 5]> = arcs
+            .map(|arc| {
+                let start = arc.start;
+                [start.x_m, start.y_m, start.heading_rad, arc.curvature_per_m, arc.length_m]
+            })
+            .collect();
+        matrix(py, &rows)
+    }
+
     /// Where the weeds stand, (n, 2).
     #[getter]
     fn weeds_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
@@ -57,6 +71,25 @@ impl Episode {
     #[getter]
     fn weed_mowed<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
         PyArray1::from_slice(py, self.result.weeds.is_mowed())
+    }
+
+    /// How far the mower had come when the sensor saw each weed, (n,).
+    #[getter]
+    fn weed_detected_path_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.result.timeline.weed_detected_m)
+    }
+
+    /// How far it had come when each weed was mowed, (n,).
+    #[getter]
+    fn weed_mowed_path_m<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        PyArray1::from_slice(py, &self.result.timeline.weed_mowed_m)
+    }
+
+    /// How far it had come when each cell was seen, (rows, columns).
+    #[getter]
+    fn cell_seen_path_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let Timeline { cell_seen_m, columns, .. } = &self.result.timeline;
+        PyArray1::from_slice(py, cell_seen_m).reshape([cell_seen_m.len() / columns, *columns])
     }
 }
 

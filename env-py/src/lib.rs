@@ -9,9 +9,11 @@
 //! | `table`, `seed`, `weeds`, `summary` | conversions between Python and the core |
 //! | `spec`, `action`, `observations`, `infos`, `flat_infos`, `face` | what observations and actions look like, and arrays of many of them |
 //! | `source`, `scenario` | what a caller names as a scenario, and the checked scenario |
+//! | `pictures` | what environments look like |
 //! | `env`, `batch`, `remote` | one environment, many, and many on servers |
 //! | `agent`, `crew` | agents that act in one or in many |
 //! | `waiting`, `episode`, `evaluation` | whole episodes, one or many, in threads of their own |
+//! | `film` | recorded episodes, painted at any time of them |
 //! | `statistics` | quantiles for confidence intervals |
 //! | `stats` | what a server says of itself |
 //! | `training` | the shipped training configurations |
@@ -29,6 +31,7 @@ mod infos;
 mod flat_infos;
 mod face;
 mod scenario;
+mod pictures;
 mod env;
 mod batch;
 mod remote;
@@ -36,6 +39,7 @@ mod agent;
 mod crew;
 mod waiting;
 mod episode;
+mod film;
 mod evaluation;
 mod statistics;
 mod stats;
@@ -45,7 +49,7 @@ mod training;
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::agent::{Agent, AgentSpec, agents};
+    use crate::agent::{Agent, AgentSpec, agents, learned_places};
     #[pymodule_export]
     use crate::batch::Batch;
     #[pymodule_export]
@@ -56,6 +60,10 @@ mod _native {
     use crate::episode::{Episode, run_episode};
     #[pymodule_export]
     use crate::evaluation::EpisodeStream;
+    #[pymodule_export]
+    use crate::film::Film;
+    #[pymodule_export]
+    use crate::pictures::png;
     #[pymodule_export]
     use crate::remote::RemoteBatch;
     #[pymodule_export]

@@ -14,7 +14,7 @@ import pytest
 import swath
 from swath.cli import main
 
-AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon"]
+AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "horizon", "learned"]
 
 
 @pytest.fixture(autouse=True)
@@ -109,7 +109,8 @@ def test_a_bad_scenario_is_refused_in_one_line_and_nothing_is_written(call, comm
         (["evaluate", "nowhere", "--agents", "jump"], "cannot read nowhere: no such file, and no shipped scenario"),
         (
             ["evaluate", "pasture", "--agents", "jmup"],
-            "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, horizon, got `jmup`",
+            "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, greedy, horizon, learned, clairvoyant, "
+            "got `jmup`",
         ),
         (
             ["evaluate", "pasture", "--agents", "bcp:spacng=deck"],
@@ -271,12 +272,14 @@ def test_config_prints_the_schema(call):
 
 def test_agents_are_listed_one_a_line(call):
     _, out, _ = call("agents")
-    assert [line.split()[0] for line in out.splitlines()] == AGENTS
+    assert [line.split()[0] for line in out.splitlines()] == [*AGENTS, "clairvoyant"]
     _, out, _ = call("agents", "--json")
-    assert [row["agent"] for row in json.loads(out)] == AGENTS
+    assert [row["agent"] for row in json.loads(out)] == [*AGENTS, "clairvoyant"]
 
 
-@pytest.mark.parametrize("command", [[], ["evaluate"], ["run"], ["config"], ["agents"], ["demo"]])
+@pytest.mark.parametrize(
+    "command", [[], ["evaluate"], ["run"], ["config"], ["agents"], ["demo"], ["replay"], ["report"]]
+)
 def test_every_command_explains_itself(call, command):
     status, out, err = call(*command, "--help")
     assert (status, err) == (0, "")
@@ -314,19 +317,15 @@ def test_the_demo_leaves_a_table_rows_and_pictures(call):
         for agent in AGENTS:
             assert any(line.split()[:2] == [pasture, agent] for line in out.splitlines())
             assert Path(f"demo/{pasture}-{agent}.png").read_bytes().startswith(b"\x89PNG")
-    assert {"episodes.csv", "summary.json"} <= set(names("demo"))
+    assert {"episodes.csv", "summary.json", "snake.html"} <= set(names("demo"))
+    assert out.splitlines()[-1].startswith("wrote demo/snake.html: open it in a browser to watch snake")
+    assert Path("demo/snake.html").read_text().startswith("<!doctype html>")
     with Path("demo/episodes.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 2 * len(AGENTS) * 2
     assert not [name for name in names("demo") if name.startswith(".")]
     # Again, over its own files.
     assert call("demo", "--out", "demo", "--instances", 2)[0] == 0
-
-
-def test_the_demo_names_the_extra_when_matplotlib_is_absent(call, monkeypatch):
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert refused(call("demo", "--out", "demo")) == "pictures need matplotlib: pip install 'swath[plot]'"
-    assert names() == []
 
 
 def test_the_demo_leaves_the_folders_of_others_alone(call):

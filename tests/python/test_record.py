@@ -97,6 +97,14 @@ def test_the_dataset_says_who_drove_where(recorded):
     assert metadata["jpeg_encoding"] is False
 
 
+def test_a_folder_may_be_named_from_where_one_stands(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    folder = record("snake", episodes=1, scenario="cowbot-field", dataset_id="swath/near-v0", root="data/sets")
+    assert folder.is_dir()
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "data/sets"))
+    assert len(minari.load_dataset("swath/near-v0")) == 1
+
+
 def test_chance_drives_until_the_episode_ends(root, monkeypatch):
     monkeypatch.setenv("MINARI_DATASETS_PATH", str(root))
     short = {"budget": 0.02}

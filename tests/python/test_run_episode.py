@@ -9,7 +9,7 @@ import pytest
 
 import swath
 
-AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon"]
+AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "horizon", "learned"]
 SCENARIOS = [
     "cowbot-field",
     "pasture",
@@ -17,12 +17,12 @@ SCENARIOS = [
 ]
 
 
-@pytest.fixture(params=AGENTS)
+@pytest.fixture(params=AGENTS, scope="module")
 def agent(request):
     return request.param
 
 
-@pytest.fixture(params=SCENARIOS, ids=["field", "pasture", "clusters"])
+@pytest.fixture(params=SCENARIOS, ids=["field", "pasture", "clusters"], scope="module")
 def episode(request, agent):
     return swath.run_episode(agent, scenario=request.param, seed=11)
 
@@ -64,6 +64,71 @@ def test_the_weeds_claimed_mowed_are_those_that_the_bar_has_crossed(episode):
     # What is not judged must stay a small part, or the test would promise nothing.
     # JUMP's equation (1) puts the lowest weed exactly on the end of its bar.
     assert np.mean(maybe & ~surely) <= (0.5 if episode.agent == "jump" else 0.1)
+
+
+def poses_at(episode, path_m):
+    """The poses of the points of the path nearest to these lengths, (n, 4)."""
+    numbers = np.searchsorted(episode.trajectory[:, 3], path_m).clip(0, len(episode.trajectory) - 1)
+    return episode.trajectory[numbers]
+
+
+def is_in_sight(poses, points, sensor, slack_m):
+    """Whether the triangle, made larger by `slack_m`, holds each point; poses and points are paired or broadcast."""
+    ahead, left = oracle.in_frame(poses, *points.T)
+    half = 0.5 * sensor["width_m"] / sensor["range_m"] * ahead
+    return (ahead >= -slack_m) & (ahead <= sensor["range_m"] + slack_m) & (np.abs(left) <= half + slack_m)
+
+
+# Points of the path are up to 0.1 m apart, and in a turn of 1.5 m the far end of the triangle moves 0.9 m in between.
+SLACK_M = 1.0
+
+
+def test_weeds_are_detected_when_the_triangle_first_holds_them(episode):
+    sensor, at_m = episode.scenario.to_dict()["sensor"], episode.weed_detected_path_m
+    assert np.array_equal(np.isfinite(at_m), episode.weed_detected)
+    found = np.flatnonzero(episode.weed_detected)
+    assert is_in_sight(poses_at(episode, at_m[found]), episode.weeds_m[found], sensor, SLACK_M).all()
+    for weed in found:
+        before = episode.trajectory[episode.trajectory[:, 3] < at_m[weed] - 0.3]
+        assert not is_in_sight(before, episode.weeds_m[weed], sensor, -SLACK_M).any()
+
+
+def test_weeds_are_mowed_when_the_bar_passes_over_them(episode):
+    half_m = 0.5 * episode.scenario.to_dict()["mower"]["deck_width_m"]
+    at_m = episode.weed_mowed_path_m
+    assert np.array_equal(np.isfinite(at_m), episode.weed_mowed)
+    mowed = np.flatnonzero(episode.weed_mowed)
+    ahead, left = oracle.in_frame(poses_at(episode, at_m[mowed]), *episode.weeds_m[mowed].T)
+    # A stretch is 0.2 m long, and behind its end in a turn the bar's outer end has come further.
+    assert np.abs(ahead).max(initial=0) <= 0.45
+    assert np.abs(left).max(initial=0) <= half_m + 0.05
+
+
+def test_cells_are_seen_when_the_triangle_or_the_bar_first_holds_them(episode):
+    blocks, at_m = episode.scenario.to_dict(), episode.cell_seen_path_m
+    rows, columns = at_m.shape
+    assert np.isfinite(at_m).mean() == pytest.approx(episode.seen_fraction)
+    x = (np.arange(columns) + 0.5) * blocks["pasture"]["length_m"] / columns
+    y = (np.arange(rows) + 0.5) * blocks["pasture"]["width_m"] / rows
+    centres = np.stack(np.meshgrid(x, y), axis=-1)[np.isfinite(at_m)]
+    poses = poses_at(episode, at_m[np.isfinite(at_m)])
+    ahead, left = oracle.in_frame(poses, *centres.T)
+    is_under_bar = (np.abs(ahead) <= 0.45) & (np.abs(left) <= 0.5 * blocks["mower"]["deck_width_m"] + 0.05)
+    assert (is_in_sight(poses, centres, blocks["sensor"], SLACK_M) | is_under_bar).all()
+
+
+def test_the_arcs_are_the_path(episode):
+    x_m, y_m, heading_rad, curvature_per_m, length_m = episode.arcs.T
+    starts_m = np.concatenate([[0.0], np.cumsum(length_m)])
+    assert starts_m[-1] == pytest.approx(episode.path_length_m, abs=1e-6)
+    path_m = episode.trajectory[:, 3]
+    arc = (np.searchsorted(starts_m, path_m - 1e-9, side="right") - 1).clip(0, len(length_m) - 1)
+    along_m, curvature = path_m - starts_m[arc], curvature_per_m[arc]
+    # The middle of the chord of an arc looks along the mean heading.
+    chord_m = along_m * np.sinc(0.5 * curvature * along_m / np.pi)
+    middle_rad = heading_rad[arc] + 0.5 * curvature * along_m
+    assert np.allclose(x_m[arc] + chord_m * np.cos(middle_rad), episode.trajectory[:, 0], atol=1e-6)
+    assert np.allclose(y_m[arc] + chord_m * np.sin(middle_rad), episode.trajectory[:, 1], atol=1e-6)
 
 
 def test_the_numbers_count_the_flags(episode):

@@ -375,7 +375,7 @@ def test_an_environment_can_be_put_back():
     assert_same_arrays(shown, [env.step(actions)[0][1] for actions in steps[3:]])
 
 
-def test_there_are_no_images_yet():
+def test_there_are_no_images_without_a_render_mode():
     env = make(2)
     with pytest.warns(UserWarning, match="render mode"):
         assert env.get_images() == [None, None]

@@ -90,11 +90,6 @@ def test_a_scenario_that_cannot_be_used_is_refused_by_name(arguments, text):
     assert str(error.value).startswith(text)
 
 
-def test_a_render_mode_is_refused():
-    with pytest.raises(swath.ConfigError, match="`render_mode` must be None, got 'human'"):
-        swath.MowerRoutingEnv(render_mode="human")
-
-
 # Errors
 
 

@@ -417,7 +417,7 @@ def test_infos_can_be_taken_apart_again(mode):
         ({"num_threads": "all"}, "`num_threads` must be a whole number from 1 to 1024, got 'all'"),
         ({"autoreset_mode": "Sometimes"}, "`autoreset_mode` must be an AutoresetMode or one of `NextStep`, `SameStep`"),
         ({"autoreset_mode": None}, "`autoreset_mode` must be"),
-        ({"render_mode": "human"}, "`render_mode` must be None, got 'human'"),
+        ({"render_mode": "human"}, "`render_mode` must be None or `rgb_array`, got 'human'"),
         ({"weeds": {"cuont": 3}}, "cuont"),
     ],
 )

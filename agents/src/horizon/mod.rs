@@ -1,12 +1,15 @@
 //! `horizon`: one plan over all that is known, made anew as the mower learns more.
 
 mod anneal;
+mod clairvoyant;
 mod deadline;
 mod open;
 mod plan;
 mod spot;
 mod views;
 mod ways;
+
+pub use clairvoyant::{Clairvoyant, ClairvoyantOptions};
 
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex};

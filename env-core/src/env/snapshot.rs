@@ -148,9 +148,7 @@ impl Env {
         self.reserve();
         self.memory.clear();
         self.episode = state.episode;
-        if let Some(candidates) = &mut self.candidates {
-            candidates.reset();
-        }
+        self.forget();
         Ok(())
     }
 

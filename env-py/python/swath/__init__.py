@@ -12,7 +12,7 @@ while (action := agent.act(env)) is not None:
 ```
 """
 
-from swath import _native, datasets, remote, rllib, sb3, training
+from swath import _native, datasets, film, remote, rllib, sb3, training
 from swath.agents import Agent, make_agent
 from swath.env import MowerRoutingEnv
 from swath.episode import Episode, run_episode
@@ -51,6 +51,7 @@ __all__ = [
     "__version__",
     "datasets",
     "evaluate",
+    "film",
     "make_agent",
     "register",
     "remote",

@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from swath import _native
-from swath.errors import ClosedError, ConfigError, RenderModeError
+from swath.errors import ClosedError, ConfigError
+from swath.rendering import RENDER_FPS, RENDER_SIZE, Screen, check_render_mode
 from swath.seeds import drawn_seed
 from swath.spaces import action_space, observation_space
 
@@ -160,7 +161,12 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
       the defaults. A file with `[[sweep]]` is refused.
     - `pasture`, `weeds`, `mower`, `sensor`, `reward`, `episode`, `observation`, `action`: blocks laid over it, as
       dictionaries.
-    - `render_mode`: None; there is no picture yet.
+    - `render_mode`: None, `rgb_array` (`render` returns a picture, (height, width, 3) uint8) or `human` (a window shows
+      one after every reset and step; needs the extra `swath[human]`). `gym.make` takes `rgb_array_list` too.
+    - `render_size`: width and height of a picture in pixels, from (160, 90) to (4096, 4096); (640, 360) by default.
+
+    A picture shows the truth, undetected weeds too. It is for who owns the environment: what an agent may know is in
+    the observation. The path is kept from the last reset or `restore` on, and only with a render mode.
 
     ```python
     env = gym.make("swath/MowerRouting-v0", weeds={"count": 80}, action={"kind": "drive"})
@@ -179,29 +185,33 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
     - v0: the first version.
     """
 
-    metadata: ClassVar[dict[str, object]] = {"render_modes": []}  # type: ignore[misc] # Gymnasium declares no ClassVar
+    metadata: ClassVar[dict[str, object]] = {"render_modes": ["human", "rgb_array"], "render_fps": RENDER_FPS}  # type: ignore[misc] # Gymnasium declares no ClassVar
 
     def __init__(
         self,
         scenario: ScenarioSource = None,
         *,
         render_mode: str | None = None,
+        render_size: tuple[int, int] = RENDER_SIZE,
         **blocks: Unpack[Blocks],
     ) -> None:
         """Makes an environment that waits for its first reset.
 
         Args:
             scenario: A shipped name, a file, a dictionary, a `Scenario`, or None for the defaults.
-            render_mode: None.
+            render_mode: None, `rgb_array` or `human`.
+            render_size: Width and height of a picture, pixels.
             **blocks: Blocks of the scenario, laid over it key by key.
 
         Raises:
-            ConfigError: If the scenario cannot be used; the message names the key.
+            ConfigError: If the scenario or an argument cannot be used; the message names it.
+            ModuleNotFoundError: If pygame is not installed, for `human`; the message names the extra.
         """
-        if render_mode is not None:
-            text = f"`render_mode` must be None, got {render_mode!r}"
-            raise RenderModeError(text)
-        self._inner = _native.Env(_native.Scenario(scenario, **blocks))
+        check_render_mode(render_mode, ("human", "rgb_array"))
+        self.render_mode = render_mode
+        self._screen = Screen("swath") if render_mode == "human" else None
+        size = None if render_mode is None else render_size
+        self._inner = _native.Env(_native.Scenario(scenario, **blocks), size)
         self._is_closed = False
         self.observation_space = observation_space(self._inner.observation_spec)
         self.action_space = action_space(self._inner.action_spec)
@@ -254,6 +264,7 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
             observation, info = core.reset_next(weeds)
         else:
             observation, info = core.reset(drawn_seed(self.np_random), weeds)
+        self._show()
         return observation, info
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, Info]:
@@ -274,10 +285,39 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
                 after the end of an episode; nothing has moved then.
             ClosedError: After `close`.
         """
-        return self.core.step(action)
+        result = self.core.step(action)
+        if self._screen is not None:
+            self._show()
+        return result
+
+    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override] # Gymnasium leaves the type open
+        """Returns a picture of the environment as it stands.
+
+        Returns:
+            picture: (height, width, 3) uint8, a fresh array; None with `human`, whose window shows it, and without a
+                render mode.
+
+        Raises:
+            ActionError: Before the first reset.
+            ClosedError: After `close`.
+        """
+        if self.render_mode is None:
+            gym.logger.warn("`render` returns nothing: the environment was made without a `render_mode`")
+            return None
+        if self._screen is not None:
+            self._show()
+            return None
+        return self.core.render()
+
+    def _show(self) -> None:
+        """Shows a picture in the window, if there is one."""
+        if self._screen is not None:
+            self._screen.show(self.core.render())
 
     def close(self) -> None:
         """Ends the use of the environment; closing twice is fine."""
+        if self._screen is not None:
+            self._screen.close()
         self._is_closed = True
 
     def action_masks(self) -> npt.NDArray[np.bool_]:

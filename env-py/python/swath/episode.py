@@ -32,9 +32,15 @@ class Episode:
         outcome: `done` (the agent's own stop), `capped` (its safety cap) or `left_headland` (a failure).
         trajectory: (n, 4) float64: x_m, y_m, heading_rad in [-pi, pi) and path_m, at most 0.1 m apart, from start to
             end.
+        arcs: (n, 5) float64: x_m, y_m and heading_rad where each arc of the path begins, curvature_per_m (0: straight)
+            and length_m, in driving order.
         weeds_m: (weeds_total, 2) float64, world frame, metres.
         weed_detected: (weeds_total,) bool.
         weed_mowed: (weeds_total,) bool.
+        weed_detected_path_m: (weeds_total,) float64: way driven when the sensor saw the weed, metres; inf: never.
+        weed_mowed_path_m: (weeds_total,) float64: way driven when the weed was mowed, up to 0.2 m; inf: never.
+        cell_seen_path_m: (rows, columns) float64: way driven when the ground in a cell of at most 1 m was seen; inf:
+            never. Rows go along y from 0, columns along x.
         scenario: The scenario with every key resolved.
         agent: The agent's name with its options.
         seed: The seed of the instance.
@@ -49,9 +55,13 @@ class Episode:
     seen_fraction: float
     outcome: str
     trajectory: npt.NDArray[np.float64]
+    arcs: npt.NDArray[np.float64]
     weeds_m: npt.NDArray[np.float64]
     weed_detected: npt.NDArray[np.bool_]
     weed_mowed: npt.NDArray[np.bool_]
+    weed_detected_path_m: npt.NDArray[np.float64]
+    weed_mowed_path_m: npt.NDArray[np.float64]
+    cell_seen_path_m: npt.NDArray[np.float64]
     scenario: Scenario
     agent: str
     seed: int
@@ -89,9 +99,13 @@ def run_episode(
     return Episode(
         **native.summary,
         trajectory=native.trajectory,
+        arcs=native.arcs,
         weeds_m=native.weeds_m,
         weed_detected=native.weed_detected,
         weed_mowed=native.weed_mowed,
+        weed_detected_path_m=native.weed_detected_path_m,
+        weed_mowed_path_m=native.weed_mowed_path_m,
+        cell_seen_path_m=native.cell_seen_path_m,
         scenario=resolved,
         agent=spec.label,
         seed=int(seed),

@@ -8,7 +8,7 @@ import sys
 __all__ = ["need"]
 
 
-_PYTHONS = {"minari": (3, 11)}
+_PYTHONS = {"minari": (3, 11), "rerun": (3, 11)}
 """Packages that the extras bring to newer versions of Python only."""
 
 

@@ -2,12 +2,36 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from swath.errors import ConfigError
 
-__all__ = ["check_folder", "write_whole"]
+__all__ = ["check_folder", "unfinished", "write_whole"]
+
+
+@contextmanager
+def unfinished(path: Path) -> Iterator[Path]:
+    """Gives another name beside a file, under which it is written, and renames it when the block ends well.
+
+    Args:
+        path: The file; an existing one is replaced.
+
+    Raises:
+        OSError: If it cannot be written; nothing is left behind then, nor after any other error of the block.
+    """
+    beside = path.with_name(f".{path.name}.unfinished")
+    try:
+        yield beside
+        beside.replace(path)
+    except BaseException as error:
+        with suppress(OSError):
+            beside.unlink()
+        if isinstance(error, OSError):
+            # The name that the caller knows.
+            raise type(error)(error.errno, error.strerror, str(path)) from error
+        raise
 
 
 def write_whole(path: Path, content: str | bytes) -> None:
@@ -20,15 +44,8 @@ def write_whole(path: Path, content: str | bytes) -> None:
     Raises:
         OSError: If it cannot be written; nothing is left behind then.
     """
-    unfinished = path.with_name(f".{path.name}.unfinished")
-    try:
-        unfinished.write_bytes(content.encode() if isinstance(content, str) else content)
-        unfinished.replace(path)
-    except OSError as error:
-        with suppress(OSError):
-            unfinished.unlink()
-        # The name that the caller knows.
-        raise type(error)(error.errno, error.strerror, str(path)) from error
+    with unfinished(path) as beside:
+        beside.write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 def check_folder(field: str, folder: Path) -> None:

@@ -11,6 +11,7 @@ from swath import _native
 from swath.errors import ConfigError
 from swath.extras import need
 from swath.registration import ENTRY_POINTS
+from swath.rendering import RENDER_SIZE, check_render_mode
 from swath.vector import MOST_ENVS, MOST_THREADS, checked_count
 
 if TYPE_CHECKING:
@@ -35,6 +36,8 @@ def make_vec_env(
     seed: int | None = None,
     scenario: ScenarioSource = None,
     num_threads: int = 1,
+    render_mode: str | None = None,
+    render_size: tuple[int, int] = RENDER_SIZE,
     connect: str | Sequence[str] | None = None,
     server: str = "default",
     attempt_s: float = 2.0,
@@ -59,6 +62,8 @@ def make_vec_env(
         scenario: A shipped name, a file, a dictionary, a `Scenario`, or None for the defaults.
         num_threads: Most threads that a step may use; see `MowerRoutingVectorEnv`. Refused with `connect`: servers have
             workers of their own.
+        render_mode: None or `rgb_array`, for `render` and `VecVideoRecorder`; None with `connect`.
+        render_size: Width and height of a picture of one environment, pixels.
         connect: The endpoint of a server, or a list of them, that hold the environments; see `swath.remote.make_vec`.
             None: this process holds them.
         server: The name that the servers were started with; as this, the next ones are of use with `connect` only.
@@ -89,13 +94,15 @@ def make_vec_env(
             f"`num_threads` must be left out with `connect`, since servers have workers of their own, got {num_threads}"
         )
         raise ConfigError(text)
+    check_render_mode(render_mode, ("rgb_array",) if connect is None else ())
     need("`swath.sb3`", "train", "stable_baselines3", "torch")
     from swath.vec_env import MowerRoutingVecEnv
 
     core = _native.Scenario(scenario, **blocks)
     batch: _native.Batch | RemoteBatch
     if connect is None:
-        batch = _native.Batch(core, num_envs, "SameStep", num_threads, copy=True)
+        size = None if render_mode is None else render_size
+        batch = _native.Batch(core, num_envs, "SameStep", num_threads, copy=True, picture_size=size)
     else:
         from swath.remote.batch import RemoteBatch
 
@@ -115,7 +122,7 @@ def make_vec_env(
             zenoh=zenoh,
         )
     keywords = {**({} if scenario is None else {"scenario": scenario}), **blocks}
-    env = MowerRoutingVecEnv(batch, num_envs, replace(gym.spec(env_id), kwargs=keywords))
+    env = MowerRoutingVecEnv(batch, num_envs, replace(gym.spec(env_id), kwargs=keywords), render_mode)
     if seed is not None:
         env.seed(seed)
     return env

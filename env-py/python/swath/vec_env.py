@@ -18,6 +18,7 @@ from swath import _native
 from swath.errors import ClosedError, ConfigError
 from swath.evaluation.study import whole
 from swath.remote.batch import RemoteBatch
+from swath.rendering import RENDER_FPS
 from swath.seeds import LARGEST_SEED, drawn_seed
 from swath.spaces import action_space, observation_space
 from swath.vector import weeds_of
@@ -45,16 +46,22 @@ class RowEnv:
         spec: What Gymnasium has registered, with the keywords that the environments were made with.
         observation_space: Of one environment.
         action_space: Of one environment.
+        render_mode: None or `rgb_array`.
     """
 
-    metadata: dict[str, object] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
-    render_mode: str | None = None
+    metadata: dict[str, object] = {"render_modes": ["rgb_array"], "render_fps": RENDER_FPS}  # noqa: RUF012 - as Gymnasium declares it
 
     def __init__(
-        self, batch: _native.Batch | RemoteBatch, row: int, spec: EnvSpec, spaces: tuple[Space, Space]
+        self,
+        batch: _native.Batch | RemoteBatch,
+        row: int,
+        spec: EnvSpec,
+        spaces: tuple[Space, Space],
+        render_mode: str | None,
     ) -> None:
         """Names the environment in the row `row` of `batch`."""
         self._batch, self._row = batch, row
+        self.render_mode = render_mode
         self.spec = spec
         self.observation_space, self.action_space = spaces
 
@@ -107,16 +114,19 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
     `action_mask`; masked learners ask for the masks by `env_method("action_masks")`. Whatever a step returns is fresh.
     """
 
-    def __init__(self, batch: _native.Batch | RemoteBatch, num_envs: int, spec: EnvSpec) -> None:
+    def __init__(
+        self, batch: _native.Batch | RemoteBatch, num_envs: int, spec: EnvSpec, render_mode: str | None = None
+    ) -> None:
         """Wraps a batch that begins anew in the step that ends an episode."""
         self._batch = batch
         self._is_closed = False
         self._has_decisions = batch.scenario.to_dict()["action"]["kind"] == "target"  # type: ignore[index]
         spaces = (observation_space(batch.observation_spec), action_space(batch.action_spec))
-        self._envs = [RowEnv(batch, row, spec, spaces) for row in range(num_envs)]
+        self._envs = [RowEnv(batch, row, spec, spaces, render_mode) for row in range(num_envs)]
         self._actions: npt.ArrayLike | None = None
         self._start_s = time.time()
         super().__init__(num_envs, *spaces)
+        self.metadata["render_fps"] = RENDER_FPS
 
     @property
     def spec(self) -> EnvSpec:
@@ -257,10 +267,16 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
         """Says yes to `Monitor`, whose work is done natively, and no to every other wrapper."""
         return [wrapper_class is Monitor for _ in self._get_indices(indices)]
 
-    def get_images(self) -> list[None]:
-        """Returns None for every environment: there is no picture yet."""
-        warnings.warn(f"the render mode is {self.render_mode}: there are no images", stacklevel=2)
-        return [None] * self.num_envs
+    def get_images(self) -> Sequence[npt.NDArray[np.uint8] | None]:
+        """Returns a picture of every environment as it stands, which `render` puts together.
+
+        Returns:
+            pictures: (height, width, 3) uint8 each, fresh arrays; None each without a render mode.
+        """
+        if self.render_mode is None or not isinstance(self._core, _native.Batch):
+            warnings.warn(f"the render mode is {self.render_mode}: there are no images", stacklevel=2)
+            return [None] * self.num_envs
+        return self._core.render()
 
     def _masks(self) -> Flags:
         """Returns which choices every environment has; the batch has the attribute where its action kind has masks."""

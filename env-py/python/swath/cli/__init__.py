@@ -19,6 +19,8 @@ from swath.cli.config import config
 from swath.cli.demo import demo
 from swath.cli.evaluate import evaluate
 from swath.cli.record import record
+from swath.cli.replay import replay
+from swath.cli.report import report
 from swath.cli.run import run
 from swath.cli.stop import Stopped
 from swath.cli.top import top
@@ -31,7 +33,7 @@ __all__ = ["app", "main"]
 _BAD_INPUT, _STOPPED = 2, 130
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-for command in (evaluate, run, train, record, worker, bench, config, agents, demo, top):
+for command in (evaluate, report, run, replay, train, record, worker, bench, config, agents, demo, top):
     app.command()(command)
 
 

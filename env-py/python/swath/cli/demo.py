@@ -17,23 +17,27 @@ from swath.evaluation import Results, evaluate
 from swath.evaluation.statistics import interval, spread
 from swath.evaluation.table import print_whole
 from swath.files import check_folder, write_whole
-from swath.pictures import check_matplotlib, picture
+from swath.film import write_film
+from swath.replay import page_of
 
 __all__ = ["demo"]
 
-AGENTS = ("bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon")
+AGENTS = ("bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "horizon", "learned")
 PASTURES = ("cowbot-field", "pasture")
+REPLAY, REPLAYED = "snake.html", (("pasture", "snake"), ("pasture", "horizon"))
+PICTURE_SIZE = (1280, 720)
 
 
 def demo(
     *,
-    out: Annotated[Path, typer.Option(help="Folder for the rows, the statistics and the pictures.")] = Path("out/demo"),
+    out: Annotated[Path, typer.Option(help="Folder for the rows, the statistics, the pictures and the replay.")] = Path(
+        "out/demo"
+    ),
     instances: Annotated[int, typer.Option(help="Number of instances of each pasture.")] = 20,
     seed: Seed = 0,
     jobs: Jobs = None,
 ) -> None:
-    """Let the agents race on the shipped pastures: a table, and a picture of each agent's path on instance 0."""
-    check_matplotlib()
+    """Let the agents race on the shipped pastures: a table, a picture of each path, and a replay."""
     check_folder("out", out)
     _refuse_others(out)
     try:
@@ -41,19 +45,29 @@ def demo(
         typer.echo(table_of(results), nl=False)
         out.mkdir(parents=True, exist_ok=True)
         results.write(out)
+        replayed = []
         for pasture in PASTURES:
             for agent in AGENTS:
                 episode = run_episode(agent, scenario=pasture, seed=seed)
-                write_whole(out / f"{pasture}-{agent}.png", picture(episode))
+                write_film([episode], out / f"{pasture}-{agent}.png", size=PICTURE_SIZE)
+                if (pasture, agent) in REPLAYED:
+                    replayed.append(episode)
+        write_whole(out / REPLAY, page_of(replayed))
     except KeyboardInterrupt:
         raise Stopped("stopped: the demo starts afresh next time") from None  # noqa: TRY003
     pictures = len(PASTURES) * len(AGENTS)
     typer.echo(f"wrote {out / 'episodes.csv'}, {out / 'summary.json'} and {pictures} pictures beside them")
+    typer.echo(f"wrote {out / REPLAY}: open it in a browser to watch snake beside horizon")
 
 
 def _refuse_others(out: Path) -> None:
     """Refuses a folder that holds anything but an earlier demo."""
-    ours = {"episodes.csv", "summary.json", *(f"{pasture}-{agent}.png" for pasture in PASTURES for agent in AGENTS)}
+    ours = {
+        "episodes.csv",
+        "summary.json",
+        REPLAY,
+        *(f"{pasture}-{agent}.png" for pasture in PASTURES for agent in AGENTS),
+    }
     ours |= {f"scenario-{number}.toml" for number in range(1, len(PASTURES) + 1)}
     others = sorted(entry.name for entry in out.iterdir() if entry.name not in ours) if out.exists() else []
     if others:

@@ -10,6 +10,8 @@ import typer
 from swath import evaluation
 from swath.cli.options import AsJson, Jobs, Seed
 from swath.cli.stop import Stopped
+from swath.evaluation.origin import origin
+from swath.files import write_whole
 
 __all__ = ["evaluate"]
 
@@ -32,7 +34,8 @@ def evaluate(
     """Run agents over many instances and print a table.
 
     With --out, the folder gets journal.jsonl (every finished episode, at once), episodes.csv (one row an episode),
-    scenario.toml (as resolved) and summary.json (the statistics). The same command goes on where a stopped one ended.
+    scenario.toml (as resolved), summary.json (the statistics) and origin.json (this command, the build, the machine).
+    The same command goes on where a stopped one ended.
     """
     try:
         results = evaluation.evaluate(
@@ -52,4 +55,8 @@ def evaluate(
         raise Stopped(f"stopped: {kept}") from None  # noqa: TRY003
     typer.echo(results.json() if as_json else results.table(), nl=False)
     if out is not None:
+        given = {"--only": only, "--jobs": jobs, "--backend": backend, "--versus": versus, "--out": out}
+        options = [str(part) for name, value in given.items() if value is not None for part in (name, value)]
+        always = ["--agents", agents, "--instances", str(instances), "--seed", str(seed)]
+        write_whole(out / "origin.json", origin(["swath", "evaluate", *scenario, *always, *options]))
         typer.echo(f"wrote {out / 'episodes.csv'} and {out / 'summary.json'}", err=as_json)

@@ -232,7 +232,8 @@ def _root(root: str | os.PathLike[str] | None) -> Path:
 def _minari_in(folder: Path) -> Iterator[None]:
     """Has Minari keep its datasets in a folder."""
     before = os.environ.get(_ROOT)
-    os.environ[_ROOT] = str(folder)
+    # Minari hangs a relative folder below itself.
+    os.environ[_ROOT] = str(folder.absolute())
     try:
         yield
     finally:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from gymnasium.vector import AutoresetMode
 
 from swath import _native
-from swath.errors import ConfigError
+from swath.errors import ConfigError, RenderModeError
 from swath.registration import ENTRY_POINTS
 from swath.remote.tls import tls
 
@@ -44,6 +44,7 @@ def make(
     resume: bool = False,
     hash_every: int = 64,
     zenoh: dict[str, object] | None = None,
+    render_mode: str | None = None,
     **blocks: Unpack[Blocks],
 ) -> RemoteEnv:
     """Makes one environment on a server: a `MowerRoutingEnv` elsewhere.
@@ -65,6 +66,7 @@ def make(
         hash_every: With `resume`, the servers send a hash of the state with every so many replies, so that it is
             compared too; more often costs more.
         zenoh: Further settings of Zenoh by their path; `tls` returns those for a client with a certificate.
+        render_mode: None: there are no pictures of environments elsewhere. A local one of the same seed looks the same.
         **blocks: Blocks of the scenario, laid over it key by key.
 
     Raises:
@@ -73,7 +75,7 @@ def make(
             `resume`, a `ResumeError` if it sends no snapshots.
         ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
     """
-    _check(env_id)
+    _check(env_id, render_mode)
     from swath.remote.batch import RemoteBatch
     from swath.remote.env import RemoteEnv
 
@@ -110,6 +112,7 @@ def make_vec(
     resume: bool = False,
     hash_every: int = 64,
     zenoh: dict[str, object] | None = None,
+    render_mode: str | None = None,
     **blocks: Unpack[Blocks],
 ) -> RemoteVectorEnv:
     """Makes many environments on one server or several: a `MowerRoutingVectorEnv` elsewhere.
@@ -129,6 +132,7 @@ def make_vec(
         resume: As for `make`; each server's environments by themselves.
         hash_every: As for `make`.
         zenoh: As for `make`.
+        render_mode: As for `make`.
         **blocks: Blocks of the scenario, laid over it key by key.
 
     Raises:
@@ -136,7 +140,7 @@ def make_vec(
         RemoteError: As for `make`.
         ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
     """
-    _check(env_id)
+    _check(env_id, render_mode)
     from swath.remote.batch import RemoteBatch
     from swath.remote.vector import RemoteVectorEnv
     from swath.vector import MOST_ENVS, autoreset_from, checked_count
@@ -161,7 +165,10 @@ def make_vec(
     return RemoteVectorEnv(batch, num_envs, mode)
 
 
-def _check(env_id: str) -> None:
+def _check(env_id: str, render_mode: str | None) -> None:
     if env_id not in ENTRY_POINTS:
         text = f"`env_id` must be one of {', '.join(ENTRY_POINTS)}, got {env_id!r}"
         raise ConfigError(text)
+    if render_mode is not None:
+        text = f"`render_mode` must be None, since there are no pictures of environments elsewhere, got {render_mode!r}"
+        raise RenderModeError(text)

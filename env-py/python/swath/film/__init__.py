@@ -1,0 +1,108 @@
+"""Films of recorded episodes: moving pictures, the last picture, or a recording for the Rerun viewer.
+
+```python
+episodes = [swath.run_episode(agent, scenario="cowbot-field", seed=7) for agent in ("snake", "horizon")]
+swath.film.write_film(episodes, Path("race.gif"))
+```
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from swath.errors import ConfigError
+from swath.film import moving, recording
+from swath.film.script import Script
+from swath.rendering import RENDER_SIZE
+
+if TYPE_CHECKING:
+    from typing import TypeAlias
+
+    from swath.episode import Episode
+
+__all__ = ["SUFFIXES", "write_film"]
+
+Writer: TypeAlias = "Callable[[Path, Script], None]"
+
+_WRITERS: dict[str, Writer] = {
+    ".gif": moving.write_gif,
+    ".mp4": moving.write_mp4,
+    ".png": moving.write_png,
+    ".rrd": recording.write_rrd,
+}
+
+SUFFIXES = tuple(_WRITERS)
+"""What the name of a film may end in."""
+
+_MOST_FPS = 100
+_MOST_EPISODES = 64
+
+
+def write_film(
+    episodes: Sequence[Episode],
+    path: Path,
+    *,
+    size: tuple[int, int] = RENDER_SIZE,
+    fps: int = 30,
+    seconds: float | None = None,
+) -> None:
+    """Writes a film of episodes on the same weeds, side by side; at one time all have come equally far.
+
+    | suffix | what | needs |
+    |---|---|---|
+    | `.png` | the last picture | nothing |
+    | `.gif` | a film that repeats | `swath[film]` |
+    | `.mp4` | a film, H.264 | `swath[film]` |
+    | `.rrd` | path, mower, weeds and numbers over the path length, for the Rerun viewer | `swath[rerun]` |
+
+    The episodes are driven once more, natively; undetected weeds are shown too. The same episodes give the same bytes
+    (`.rrd`: the same content).
+
+    Args:
+        episodes: What `run_episode` returned: from 1 to 64, of one scenario and with the same weeds.
+        path: The file, replaced if there is one; it is complete or not there.
+        size: Width and height of the picture of one episode, pixels, from (160, 90) to (4096, 4096).
+        fps: Pictures a second, from 1 to 100; a GIF rounds their times to hundredths of a second.
+        seconds: How long the longest episode takes; the last picture stands a while longer. None: 1 s for 100 m, but
+            from 5 s to 30 s.
+
+    Raises:
+        ConfigError: If an argument cannot be used; the message names it.
+        ModuleNotFoundError: If a package is missing; the message names the extra.
+        OSError: If the file cannot be written.
+    """
+    path = Path(path)
+    writer = _WRITERS.get(path.suffix.lower())
+    if writer is None:
+        text = f"`path` must end in {', '.join(SUFFIXES)}, got {path}"
+        raise ConfigError(text)
+    _check_episodes(episodes)
+    if isinstance(fps, bool) or not isinstance(fps, int) or not 1 <= fps <= _MOST_FPS:
+        text = f"`fps` must be a whole number from 1 to {_MOST_FPS}, got {fps!r}"
+        raise ConfigError(text)
+    if seconds is None:
+        seconds = min(max(max(episode.path_length_m for episode in episodes) / 100, 5.0), 30.0)
+    if not 0 < seconds < math.inf:
+        text = f"`seconds` must be finite and > 0, got {seconds!r}"
+        raise ConfigError(text)
+    writer(path, Script(list(episodes), size, fps, max(round(seconds * fps), 1)))
+
+
+def _check_episodes(episodes: Sequence[Episode]) -> None:
+    if not 1 <= len(episodes) <= _MOST_EPISODES:
+        text = f"`episodes` must hold from 1 to {_MOST_EPISODES} episodes, got {len(episodes)}"
+        raise ConfigError(text)
+    first = episodes[0]
+    for number, episode in enumerate(episodes):
+        for name, is_same in (
+            ("scenario", episode.scenario == first.scenario),
+            ("weeds", np.array_equal(episode.weeds_m, first.weeds_m)),
+        ):
+            if not is_same:
+                text = f"`episodes` must have the same {name}, got another one in `episodes[{number}]`"
+                raise ConfigError(text)

@@ -1,0 +1,150 @@
+"""The figures of a report."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+from swath.evaluation.statistics import Spread, interval
+from swath.report.chart import DASHES, MARKERS, Frame, Scale, marker, ticks
+
+if TYPE_CHECKING:
+    from swath.report.groups import Group, Panel
+
+__all__ = ["MEASURES", "differences", "distributions", "over_value"]
+
+MEASURES = {"path": "path length, % of boustrophedon", "mowed": "weeds mowed, % of all"}
+_UNITS = {"m": "m", "mps": "m/s", "s": "s", "rad": "rad", "j": "J", "radps": "rad/s"}
+_BINS = 60
+_LOG_FROM = 8.0
+_ASIDE_PX = 3.0
+
+
+def over_value(group: Group, panel: Panel, measure: str, values: npt.NDArray[np.float64]) -> str:
+    """Returns an SVG: each agent's mean with its 95 % interval over the swept value."""
+    assert group.key is not None, "a figure goes along a swept key"
+    agents = group.evaluated.agents
+    spreads = [[group.mean(values, agent, numbers) for _, numbers in panel.points] for agent in range(len(agents))]
+    points = [value for value, _ in panel.points]
+    low, high = _limits([end for row in spreads for one in row for end in _ends(one, measure)])
+    title = f"{MEASURES[measure]} over {axis_label(group.key)}{', ' * bool(panel.title)}{panel.title}"
+    frame = Frame(560, 330, title, "lines")
+    is_log = points[0] > 0 and points[-1] / points[0] >= _LOG_FROM
+    x = Scale(points[0], points[-1], 72, 536, is_log=is_log)
+    y = Scale(low, high, 278, 30)
+    frame.y_axis(y, 56, ticks(low, high, 6), MEASURES[measure], right_px=548)
+    frame.x_axis(x, 278, points, axis_label(group.key), top_px=278)
+    frame.line(56, 278, 548, 278, "axis")
+    if panel.title:
+        frame.text(302, 18, panel.title)
+    for agent, row in enumerate(spreads):
+        # A little beside each other, so that no whisker hides another.
+        aside_px = _ASIDE_PX * (agent - 0.5 * (len(agents) - 1))
+        places = [round(x(value) + aside_px, 1) for value in points]
+        kind = agent % len(DASHES)
+        line = " ".join(f"{at},{y(one['mean'])}" for at, one in zip(places, row, strict=True))
+        frame.add(f'<polyline points="{line}" class="run c{kind}" stroke-dasharray="{DASHES[kind]}"/>')
+        for at, value, one in zip(places, points, row, strict=True):
+            ends = _ends(one, measure)
+            frame.line(at, y(ends[0]), at, y(ends[-1]), f"whisker c{kind}")
+            frame.add(marker(agent, at, y(one["mean"]), f"{agents[agent]} at {value:g}: {interval(one)} %"))
+    return frame.svg()
+
+
+def distributions(group: Group, measure: str, values: npt.NDArray[np.float64]) -> str:
+    """Returns an SVG: a histogram of the episodes of each agent, with mean, median and the middle 90 %."""
+    agents = group.evaluated.agents
+    pooled = [group.pooled(values, agent) for agent in range(len(agents))]
+    low, high = _limits([float(end) for one in pooled for end in (one.min(), one.max())])
+
+    def row(frame: Frame, agent: int, x: Scale, base: float) -> str:
+        counts, edges = np.histogram(pooled[agent], bins=_BINS, range=(low, high))
+        tall = 30.0 / max(1, counts.max())
+        steps = "".join(
+            f"V{round(base - tall * count, 1)}H{x(float(edge))}" for count, edge in zip(counts, edges[1:], strict=True)
+        )
+        frame.add(f'<path d="M{x(low)} {base}{steps}V{base}Z" class="hill c{agent % len(MARKERS)}"/>')
+        fifth, median, last = (float(number) for number in np.percentile(pooled[agent], [5, 50, 95]))
+        frame.line(x(fifth), base + 3, x(last), base + 3, f"whisker c{agent % len(MARKERS)}")
+        frame.line(x(median), base - 2, x(median), base + 8, "median")
+        frame.add(marker(agent, x(float(pooled[agent].mean())), base + 3, f"mean {pooled[agent].mean():.2f} %", 3.5))
+        return f"{median:.1f} ({fifth:.1f} to {last:.1f})"
+
+    return _rows(group, (low, high), f"{MEASURES[measure]}, one episode each", "median (5 to 95 %)", row)
+
+
+def differences(group: Group, measure: str, values: npt.NDArray[np.float64]) -> str:
+    """Returns an SVG: how each agent differs from the one compared with, on the same instances."""
+    evaluated = group.evaluated
+    versus = evaluated.agents.index(evaluated.versus)
+    spreads = [group.difference(values, agent, versus) for agent in range(len(evaluated.agents))]
+    low, high = _limits([0.0, *(end for one in spreads for end in _ends(one))])
+
+    def row(frame: Frame, agent: int, x: Scale, base: float) -> str:
+        one, kind = spreads[agent], agent % len(MARKERS)
+        if agent == versus:
+            return "compared with"
+        ends = _ends(one)
+        frame.line(x(ends[0]), base - 10, x(ends[-1]), base - 10, f"whisker c{kind}")
+        text = interval(one, sign="+")
+        frame.add(marker(agent, x(one["mean"]), base - 10, f"{text} points", 5))
+        return text
+
+    label = f"{MEASURES[measure].split(',')[0]} minus that of {evaluated.versus}, points of per cent"
+    return _rows(group, (low, high), label, "mean ± 95 % interval", row, zero=True)
+
+
+def _rows(
+    group: Group,
+    limits: tuple[float, float],
+    label: str,
+    numbers: str,
+    draw: Callable[[Frame, int, Scale, float], str],
+    *,
+    zero: bool = False,
+) -> str:
+    """Draws a row for each agent: its name, what `draw` draws, and the text that it returns."""
+    agents = group.evaluated.agents
+    left, right, pitch = 28 + round(6.6 * max(len(agent) for agent in agents)), 450, 44
+    bottom = 24 + pitch * len(agents)
+    frame = Frame(620, bottom + 42, f"{label}, a row for each agent", "rows")
+    x = Scale(*limits, left, right)
+    frame.x_axis(x, bottom, ticks(*limits, 6), label, top_px=20)
+    frame.text(right + 14, 14, numbers, "start")
+    if zero:
+        frame.line(x(0.0), bottom, x(0.0), 20, "zero")
+    for agent, name in enumerate(agents):
+        base = 14 + pitch * (agent + 1)
+        frame.add(marker(agent, 8, base - 9))
+        frame.text(18, base - 5, name, "start")
+        frame.text(right + 14, base - 5, draw(frame, agent, x, base), "start")
+    return frame.svg()
+
+
+def axis_label(key: str) -> str:
+    """Returns a swept key as people read it, with its unit."""
+    if key == "weeds.count":
+        return "number of weeds"
+    *words, last = key.split(".")[-1].split("_")
+    if last in _UNITS and words:
+        return f"{' '.join(words)} in {_UNITS[last]} ({key})"
+    return f"{' '.join([*words, last])} ({key})"
+
+
+def _ends(one: Spread, measure: str = "") -> tuple[float, ...]:
+    """Returns the ends of an interval, or the mean where there is none; those of a measure within what it can be."""
+    if one["low"] is None or one["high"] is None:
+        return (one["mean"],)
+    least, most = {"path": (0.0, math.inf), "mowed": (0.0, 100.0)}.get(measure, (-math.inf, math.inf))
+    return (max(one["low"], least), min(one["high"], most))
+
+
+def _limits(values: Sequence[float]) -> tuple[float, float]:
+    """Returns limits of an axis with some air at both ends."""
+    low, high = min(values), max(values)
+    air = 0.05 * (high - low) or 0.5
+    return low - air, high + air

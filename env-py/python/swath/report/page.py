@@ -1,0 +1,190 @@
+"""The report itself: one file, which asks nobody for anything."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Sequence
+from functools import cache
+from html import escape
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from swath.replay.data import data_of
+from swath.replay.page import document, json_block, script, style
+from swath.report import tables
+from swath.report.chart import swatch
+from swath.report.extremes import Extreme, drawn, extremes_of
+from swath.report.figures import MEASURES, axis_label, differences, distributions, over_value
+from swath.report.groups import Group, groups_of
+
+if TYPE_CHECKING:
+    from swath.episode import Episode
+    from swath.report.evaluated import Evaluated
+
+__all__ = ["page_of", "steps_of"]
+
+
+def steps_of(evaluated: Evaluated) -> int:
+    """Returns how often `page_of` says that it has come further."""
+    return len(groups_of(evaluated)) + len(list(extremes_of(evaluated)))
+
+
+def page_of(evaluated: Evaluated, advance: Callable[[int], None] = lambda _: None) -> str:
+    """Returns a report.
+
+    Statistics are worked out here, so the size of the page does not depend on the number of episodes.
+
+    Args:
+        evaluated: A finished evaluation.
+        advance: Told 1 after each of `steps_of` steps.
+
+    Returns:
+        HTML that needs no other file and no network.
+    """
+    groups = groups_of(evaluated)
+    sections = []
+    for number, group in enumerate(groups):
+        sections.append(_section(group, number))
+        advance(1)
+    replays = _replays(evaluated, advance)
+    title = f"Evaluation of {', '.join(evaluated.agents)}"
+    links = [*((f"group-{number}", group.name) for number, group in enumerate(groups)), *_PARTS]
+    contents = "".join(f'<li><a href="#{name}">{escape(text)}</a></li>' for name, text in links)
+    body = (
+        f"<header><h1>{escape(title)}</h1>\n{_about(evaluated)}\n"
+        f'<nav aria-label="Contents"><ul>{contents}</ul></nav></header>\n<main>\n'
+        + "".join(sections)
+        + replays
+        + _origin(evaluated)
+        + f"</main>\n<script>{script()}\n{_file('report.js')}</script>\n"
+    )
+    return document(title, style() + _file("report.css"), body)
+
+
+_PARTS = (("replays", "Best and worst episodes"), ("origin", "How it came about"))
+
+
+def _about(evaluated: Evaluated) -> str:
+    episodes = evaluated.path_m.size
+    last = evaluated.seed + evaluated.instances - 1
+    return (
+        f'<p class="about">{episodes:,} episodes: {len(evaluated.agents)} agent(s) on {len(evaluated.places)} '
+        f"scenario(s), {evaluated.instances} instance(s) each, seeds {evaluated.seed} to {last}, the same for every "
+        "agent. Paths are in per cent of the boustrophedon path over the whole pasture; shorter is better. "
+        "Intervals hold the mean with 95&nbsp;% confidence, by Student's t over instances.</p>"
+    )
+
+
+def _section(group: Group, number: int) -> str:
+    evaluated = group.evaluated
+    measured = {"path": evaluated.path_percent, "mowed": evaluated.mowed_percent}
+    parts = [f'<section id="group-{number}"><h2>{escape(group.name)}</h2>\n{_what(group)}']
+    parts.append(tables.of_group(group))
+    if group.panels:
+        along = axis_label(group.key or "")
+        parts.append(f"<h3>Mean over {escape(along)}, with 95&nbsp;% intervals</h3>\n{_legend(evaluated)}")
+        figures = [over_value(group, panel, name, measured[name]) for panel in group.panels for name in MEASURES]
+        parts.append(_figures(figures))
+    parts.append("<h3>Distributions</h3>\n")
+    parts.append(
+        '<p class="about">Each hill is a histogram of all episodes of an agent. Below it: the middle 90&nbsp;% as a '
+        "line, the median as a stroke, the mean as the agent's mark.</p>\n"
+    )
+    parts.append(_figures([distributions(group, name, values) for name, values in measured.items()]))
+    if len(evaluated.agents) > 1:
+        parts.append(f"<h3>In pairs: the same weeds, {escape(evaluated.versus)} beside each</h3>\n")
+        parts.append(_figures([differences(group, name, values) for name, values in measured.items()]))
+        parts.append(
+            '<p class="about">&#9660; the row\'s path is shorter, &#9650; it is longer, &#9671; the interval holds 0: '
+            "not decided. Points of per cent of the boustrophedon path.</p>\n" + tables.matrix(group)
+        )
+    if len(group.numbers) > 1:
+        parts.append(
+            f"<details><summary>Every scenario: {len(group.numbers)}</summary>\n{tables.of_places(group)}</details>\n"
+        )
+    return "".join(parts) + "</section>\n"
+
+
+def _what(group: Group) -> str:
+    if len(group.numbers) == 1:
+        return ""
+    averaged = f" The figures average over {' and '.join(group.averaged)}." if group.averaged and group.key else ""
+    text = f"Means over {len(group.numbers)} scenarios, taken instance by instance.{averaged}"
+    return f'<p class="about">{escape(text)}</p>\n'
+
+
+def _legend(evaluated: Evaluated) -> str:
+    entries = "".join(f"<li>{swatch(agent)} {escape(label)}</li>" for agent, label in enumerate(evaluated.agents))
+    return f'<ul class="legend" aria-label="Legend">{entries}</ul>\n'
+
+
+def _figures(pictures: Sequence[str]) -> str:
+    return '<div class="figures">' + "".join(f"<figure>{picture}</figure>" for picture in pictures) + "</div>\n"
+
+
+def _replays(evaluated: Evaluated, advance: Callable[[int], None]) -> str:
+    parts = [
+        '<section id="replays"><h2>Best and worst episodes</h2>\n<p class="about">The shortest and the longest path of '
+        "each agent, in per cent of the boustrophedon path, over all scenarios; an episode that failed is worse than "
+        f"all others. Each is driven again from its seed, beside {escape(evaluated.versus)} on the same weeds. Open "
+        "one to play it: space plays and pauses, the arrow keys go along the path and change the speed.</p>\n"
+    ]
+    for number, extreme in enumerate(extremes_of(evaluated)):
+        parts.append(_replay(evaluated, extreme, f"replay-{number}", drawn(evaluated, extreme)))
+        advance(1)
+    return "".join(parts) + "</section>\n"
+
+
+def _replay(evaluated: Evaluated, extreme: Extreme, name: str, episodes: Sequence[Episode]) -> str:
+    place, at = evaluated.places[extreme.place], (extreme.place, extreme.agent, extreme.instance)
+    swept = "".join(f", {key} = {value}" for key, value in place.values.items())
+    label = evaluated.agents[extreme.agent]
+    title = (
+        f"{label}, {extreme.kind}: {evaluated.path_percent[at]:.1f} % path, {evaluated.mowed_percent[at]:.0f} % mowed "
+        f"({place.name}{swept}, seed {evaluated.seed + extreme.instance})"
+    )
+    summary = f"<summary>{swatch(extreme.agent)} {escape(title)}</summary>"
+    if not episodes:
+        reason = "It cannot be driven again from this folder: its scenario or its agent is not there."
+        return f'<details class="replay">{summary}<p>{reason}</p></details>\n'
+    note = ""
+    if episodes[0].path_length_m != evaluated.path_m[at]:
+        note = (
+            f'<p class="about">This build of swath drives {episodes[0].path_length_m:.1f} m here, where the evaluation '
+            f"has {evaluated.path_m[at]:.1f} m: it is another build.</p>"
+        )
+    block = json_block(name, data_of(episodes, [evaluated.agents.index(episode.agent) for episode in episodes]))
+    return f'<details class="replay" data-replay="{name}">{summary}{note}<div class="player"></div></details>\n{block}'
+
+
+def _origin(evaluated: Evaluated) -> str:
+    known = {"swath": evaluated.version, **evaluated.origin}
+    rows = [[escape(key), f"<code>{escape(value)}</code>"] for key, value in known.items()]
+    if "command" not in evaluated.origin:
+        rows.append(["the same rows again", f"<code>{escape(_command(evaluated))}</code>"])
+    hashes = "".join(f"<li>{escape(place.name)} <code>{place.hash[:16]}</code></li>" for place in evaluated.places)
+    scenarios = "".join(
+        f"<details><summary>{escape(name)}</summary><pre>{escape(text)}</pre></details>\n"
+        for name, text in evaluated.files.items()
+    )
+    return (
+        f'<section id="origin"><h2>How it came about</h2>\n{tables.table(["", ""], rows)}'
+        f"<h3>Scenarios, every key written out</h3>\n{scenarios}"
+        f"<details><summary>Hashes of the {len(evaluated.places)} scenario(s)</summary><ul>{hashes}</ul></details>\n"
+        "</section>\n"
+    )
+
+
+def _command(evaluated: Evaluated) -> str:
+    """Returns a command that gives the same rows, from the scenario files beside them."""
+    names = [str(evaluated.folder / name) for name in evaluated.files]
+    only = ["--only", evaluated.only] if evaluated.only else []
+    options = ["--agents", ",".join(evaluated.agents), *only, "--instances", str(evaluated.instances)]
+    return shlex.join(
+        ["swath", "evaluate", *names, *options, "--seed", str(evaluated.seed), "--versus", evaluated.versus]
+    )
+
+
+@cache
+def _file(name: str) -> str:
+    return files("swath.report").joinpath(name).read_text("utf-8")

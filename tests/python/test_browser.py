@@ -1,0 +1,264 @@
+"""Replays and reports in a real browser: they play, they scrub, they log no error, and they ask nobody for anything.
+
+Chromium comes from the system's packages (`make browser`); screenshots are left in `out/browser`.
+"""
+
+import hashlib
+import itertools
+import os
+import shutil
+import time
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from playwright.sync_api import sync_playwright
+
+import swath
+from swath.cli import main
+from swath.evaluation import Results, Row
+from swath.evaluation.study import Study
+from swath.report import Evaluated, page_of
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+PICTURES = Path(__file__).resolve().parents[2] / "out/browser"
+
+pytestmark = [
+    pytest.mark.skipif(
+        CHROMIUM is None and not os.environ.get("CI"),
+        reason="needs chromium (Debian: apt-get install chromium)",
+    ),
+    pytest.mark.timeout(120),
+]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    assert CHROMIUM is not None, "CI needs chromium: make browser"
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def page(browser):
+    """A page without a network; at its end nothing was asked for from elsewhere, and nothing was complained about."""
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, offline=True)
+    page = context.new_page()
+    asked, troubles = [], []
+    context.on("request", lambda request: asked.append(request.url))
+    page.on("websocket", lambda socket: asked.append(socket.url))
+    page.on("pageerror", lambda error: troubles.append(str(error)))
+    page.on("console", lambda message: troubles.append(message.text) if message.type in ("error", "warning") else None)
+    page.on("requestfailed", lambda request: troubles.append(request.url))
+    yield page
+    context.close()
+    assert troubles == []
+    assert asked, "the page itself was asked for"
+    assert {urlsplit(url).scheme for url in asked} <= {"file", "data", "blob"}
+    assert len({url for url in asked if url.startswith("file:")}) == 1
+
+
+@pytest.fixture(scope="module")
+def replay(tmp_path_factory):
+    path = tmp_path_factory.mktemp("replay") / "replay.html"
+    assert main(["replay", "jump", "snake", "--seed", "7", "--out", str(path)]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("evaluation") / "out"
+    command = ["evaluate", "table1", "--only", "density", "--agents", "bcp,jump,snake", "--instances", "5"]
+    assert main([*command, "--out", str(folder)]) == 0
+    assert main(["report", str(folder)]) == 0
+    return folder / "report.html"
+
+
+def keep(page, name, *, full_page=True):
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    page.screenshot(path=PICTURES / f"{name}.png", full_page=full_page)
+
+
+def pictures(page):
+    """A hash of the pixels of every canvas that shows a pasture or the curves."""
+    script = "() => [...document.querySelectorAll('canvas.scene, canvas.race')].map((canvas) => canvas.toDataURL())"
+    return [hashlib.sha256(data.encode()).hexdigest() for data in page.evaluate(script)]
+
+
+def scrub(page, share):
+    page.locator(".scrub").evaluate(
+        "(slider, share) => { slider.value = share * slider.max; slider.dispatchEvent(new Event('input')); }", share
+    )
+
+
+def path_m(page):
+    return float(page.locator(".scrub").input_value())
+
+
+def differ(before, after):
+    return all(one != other for one, other in zip(before, after, strict=True))
+
+
+def test_a_replay_plays_when_play_is_pressed_and_stops_when_pause_is(page, replay):
+    page.goto(replay.as_uri())
+    before = pictures(page)
+    assert len(before) == 3
+    button = page.get_by_role("button", name="Play")
+    button.click()
+    page.wait_for_function("() => document.querySelector('.scrub').value > 30")
+    page.get_by_role("button", name="Pause").click()
+    assert differ(before, pictures(page))
+    where, still = path_m(page), pictures(page)
+    page.wait_for_timeout(200)
+    assert (path_m(page), pictures(page)) == (where, still)
+
+
+def test_a_replay_shows_each_place_it_is_scrubbed_to(page, replay):
+    page.goto(replay.as_uri())
+    shown = []
+    for share, name in ((0, "start"), (0.5, "middle"), (1, "end")):
+        scrub(page, share)
+        shown.append(pictures(page))
+        keep(page, f"replay-{name}")
+    for before, after in itertools.combinations(shown, 2):
+        assert differ(before, after)
+    scrub(page, 0.5)
+    assert pictures(page) == shown[1], "back at the same place the picture is the same"
+
+
+def test_the_numbers_at_the_end_are_those_of_the_episodes(page, replay):
+    page.goto(replay.as_uri())
+    scrub(page, 1)
+    for agent, panel in zip(("jump", "snake"), page.locator(".panel").all(), strict=True):
+        episode = swath.run_episode(agent, scenario="pasture", seed=7)
+        words = panel.locator(".status span").all_inner_texts()
+        assert words[0].startswith(f"path {episode.path_length_m:.0f} m (")
+        assert words[1:] == [
+            f"weeds mowed {episode.weeds_mowed} of {episode.weeds_total}",
+            f"found {episode.weeds_detected}",
+            f"ground seen {100 * episode.seen_fraction:.0f} %",
+            "done",
+        ]
+        assert panel.locator("canvas.scene").get_attribute("aria-label").startswith(f"{agent}: path ")
+
+
+def test_the_picture_of_a_place_is_that_of_the_trajectory(page, replay):
+    page.goto(replay.as_uri())
+    episode = swath.run_episode("jump", scenario="pasture", seed=7)
+    data = "JSON.parse(document.getElementById('replay').textContent).agents[0]"
+    for x_m, y_m, _, path in episode.trajectory[:: len(episode.trajectory) // 50]:
+        pose = page.evaluate(f"(path) => new Episode({data}).poseAt(path)", path)
+        assert (pose["x"], pose["y"]) == pytest.approx((x_m, y_m), abs=1e-3)
+
+
+def test_a_replay_is_played_by_keys(page, replay):
+    page.goto(replay.as_uri())
+    page.keyboard.press("ArrowRight")
+    one = path_m(page)
+    page.keyboard.press("Shift+ArrowRight")
+    assert one > 0
+    assert path_m(page) == pytest.approx(11 * one)
+    page.keyboard.press("ArrowLeft")
+    assert path_m(page) == pytest.approx(10 * one)
+    page.keyboard.press("End")
+    assert path_m(page) == pytest.approx(100 * one)
+    page.keyboard.press("Home")
+    assert path_m(page) == 0
+    speed = page.locator(".speed")
+    before = speed.input_value()
+    page.keyboard.press("ArrowUp")
+    assert float(speed.input_value()) > float(before)
+    page.keyboard.press(" ")
+    page.wait_for_function("() => document.querySelector('.scrub').value > 1")
+    page.keyboard.press(" ")
+    assert page.get_by_role("button", name="Play").is_visible()
+
+
+def test_speed_is_metres_a_second(page, replay):
+    page.clock.install(time=0)
+    page.goto(replay.as_uri())
+    page.locator(".speed").select_option("20")
+    page.clock.pause_at(60)  # from now on time passes when it is told to
+    page.get_by_role("button", name="Play").click()
+    page.clock.run_for(5000)
+    assert path_m(page) == pytest.approx(100, abs=1)
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1280, "dark")])
+def test_nothing_is_wider_than_the_window(page, replay, report, width, scheme):
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": width, "height": 800})
+    page.goto(replay.as_uri())
+    scrub(page, 0.4)
+    assert page.evaluate("document.documentElement.scrollWidth") == width
+    keep(page, f"replay-{width}-{scheme}")
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1280, "dark"), (1280, "light")])
+def test_a_report_fits_its_window(page, report, width, scheme):
+    page.emulate_media(color_scheme=scheme)
+    page.set_viewport_size({"width": width, "height": 800})
+    page.goto(report.as_uri())
+    assert page.evaluate("document.documentElement.scrollWidth") == width
+    keep(page, f"report-{width}-{scheme}")
+
+
+def test_a_report_plays_the_replay_that_is_opened(page, report):
+    page.goto(report.as_uri())
+    assert page.locator("canvas").count() == 0, "nothing is decoded before it is asked for"
+    replays = page.locator("details.replay")
+    replays.filter(has_text="snake, worst").locator("summary").click()
+    page.wait_for_selector("canvas.scene")
+    before = pictures(page)
+    page.get_by_role("button", name="Play").click()
+    page.wait_for_function("() => document.querySelector('.scrub').value > 30")
+    page.get_by_role("button", name="Pause").click()
+    after = pictures(page)
+    assert differ(before, after)
+    scrub(page, 0.8)
+    assert differ(after, pictures(page))
+    keep(page, "report-replay")
+
+
+def test_a_report_of_100000_episodes_is_small_and_opens_quickly(page, tmp_path):
+    agents = ["bcp", "bcp-tsp", "jump", "snake", "r-snake"]
+    study = Study.plan(agents, scenario="table1", instances=105, seed=0, only=None)
+    rows = {task: made_up(study, *task) for task in study.tasks()}
+    assert len(rows) >= 100_000
+    Results.of(study, rows, "bcp").write(tmp_path)
+    path = tmp_path / "report.html"
+    path.write_text(page_of(Evaluated.read(tmp_path)))
+    assert path.stat().st_size < 15_000_000
+    took_s = []
+    # The first time the browser itself is cold.
+    for _ in range(2):
+        since = time.perf_counter()
+        page.goto("about:blank")
+        page.goto(path.as_uri())
+        page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        took_s.append(time.perf_counter() - since)
+    print(f"{len(rows)} episodes: {path.stat().st_size / 1e6:.2f} MB, open after {min(took_s):.2f} s")
+    assert min(took_s) < 3
+
+
+def made_up(study, cell, agent, instance):
+    """A row in the form of the run's, of an episode that nobody drove."""
+    fraction = 0.3 + 0.1 * study.labels.index(agent) + (17 * cell + 31 * instance) % 101 / 200
+    return Row(
+        cell=cell,
+        scenario=study.cells[cell].name,
+        agent=agent,
+        instance=instance,
+        seed=study.seed + instance,
+        path_length_m=2229.0 * fraction,
+        bcp_length_m=2229.0,
+        path_fraction=fraction,
+        weeds_total=40,
+        weeds_detected=40,
+        weeds_mowed=40 - instance % 3,
+        seen_fraction=1.0,
+        outcome="done",
+        wall_s=0.001,
+    )

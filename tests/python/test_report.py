@@ -1,0 +1,211 @@
+"""`swath report`: what it says is what the evaluation has found; and refusals in one line."""
+
+import csv
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+import swath
+from swath.cli import main
+from swath.report import Evaluated, page_of
+from swath.report.extremes import extremes_of
+from swath.report.groups import groups_of
+
+SWEPT = """
+[[sweep]]
+name = "radius"
+"mower.turning_radius_m" = [1.0, 3.0]
+"weeds.count" = [5, 10]
+
+[[sweep]]
+name = "count"
+"weeds.distribution" = ["uniform", "gaussian"]
+"weeds.count" = [5, 10, 20]
+"""
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("swept.toml").write_text(SWEPT)
+
+
+@pytest.fixture
+def call(capsys):
+    def run(*arguments):
+        status = main([str(argument) for argument in arguments])
+        return status, *capsys.readouterr()
+
+    return run
+
+
+def evaluated(*scenario, agents=("jump", "snake"), instances=4, seed=30):
+    swath.evaluate(agents, scenario=list(scenario), instances=instances, seed=seed, out="out")
+    return Evaluated.read(Path("out"))
+
+
+def text_of(page):
+    return re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", page))
+
+
+def test_the_page_says_what_the_evaluation_has_found(call):
+    command = ["evaluate", "pasture", "--agents", "jump,snake", "--instances", 5, "--seed", 4, "--out", "out"]
+    assert call(*command)[0] == 0
+    status, out, err = call("report", "out")
+    assert (status, out, err) == (0, "wrote out/report.html\n", "")
+    page = Path("out/report.html").read_text()
+    summary = json.loads(Path("out/summary.json").read_text())["cells"][0]
+    for about in summary["agents"]:
+        for measure in ("path_percent", "mowed_percent"):
+            one = about[measure]
+            assert f"{one['mean']:.2f} [{one['low']:.2f}, {one['high']:.2f}]" in text_of(page).replace("[ ", "[")
+    one = next(pair for pair in summary["comparisons"] if (pair["agent"], pair["versus"]) == ("snake", "jump"))[
+        "path_points"
+    ]
+    assert f"{one['mean']:+.2f} [{one['low']:+.2f}, {one['high']:+.2f}]" in text_of(page)
+    assert "swath evaluate pasture --agents jump,snake --instances 5 --seed 4 --backend local --out out" in page
+    assert "turning_radius_m = 2.0" in page
+
+
+def test_the_page_names_no_other_file_and_no_address(call):
+    evaluated("pasture")
+    assert call("report", "out", "--out", "page.html")[0] == 0
+    page = Path("page.html").read_text()
+    assert "http:" not in page
+    assert "https:" not in page
+    assert {link for link in re.findall(r'(?:src|href)="([^"]*)"', page) if not link.startswith("#")} == {"data:,"}
+
+
+def test_a_sweep_over_the_mower_averages_over_weeds_and_one_over_weeds_is_split():
+    radius, count = groups_of(evaluated("swept.toml"))
+    assert (radius.key, radius.averaged) == ("mower.turning_radius_m", ["weeds.count"])
+    assert [[value for value, _ in panel.points] for panel in radius.panels] == [[1.0, 3.0]]
+    assert [len(numbers) for _, numbers in radius.panels[0].points] == [2, 2]
+    assert (count.key, count.averaged) == ("weeds.count", [])
+    assert [panel.title for panel in count.panels] == ["weeds.distribution = uniform", "weeds.distribution = gaussian"]
+    assert [value for value, _ in count.panels[0].points] == [5, 10, 20]
+
+
+def test_a_mean_over_scenarios_is_taken_instance_by_instance():
+    radius, _ = groups_of(evaluated("swept.toml"))
+    with Path("out/episodes.csv").open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["scenario"] == "swept/radius" and row["agent"] == "jump"]
+    means = [
+        sum(100 * float(row["path_fraction"]) for row in rows if int(row["instance"]) == instance) / 4
+        for instance in range(4)
+    ]
+    found = radius.mean(radius.evaluated.path_percent, 0)
+    assert found["n"] == 4
+    assert found["mean"] == pytest.approx(sum(means) / 4)
+    assert found["sd"] ** 2 == pytest.approx(sum((one - sum(means) / 4) ** 2 for one in means) / 3)
+
+
+def test_best_and_worst_are_the_shortest_and_the_longest_path_and_are_driven_again():
+    study = evaluated("swept.toml", "cowbot-field")
+    page = page_of(study)
+    assert "another build" not in page
+    for extreme in extremes_of(study):
+        mine = study.path_percent[:, extreme.agent]
+        limit = mine.min() if extreme.kind == "best" else mine.max()
+        assert study.path_percent[extreme.place, extreme.agent, extreme.instance] == limit
+    assert len(re.findall('class="replay" data-replay=', page)) == 4
+
+
+def test_a_failure_is_the_worst_episode_however_short():
+    study = evaluated("pasture")
+    study.outcomes[0, 0, 2] = "left_headland"
+    best, worst, *_ = extremes_of(study)
+    assert (worst.kind, worst.instance) == ("worst", 2)
+    assert best.instance != 2
+
+
+def test_one_agent_on_one_instance_has_a_report_too(call):
+    evaluated("pasture", agents=["bcp"], instances=1)
+    assert call("report", "out")[0] == 0
+    page = Path("out/report.html").read_text()
+    assert "bcp, all alike" in page
+    assert "nan" not in re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
+
+
+def test_the_same_folder_gives_the_same_bytes():
+    study = evaluated("swept.toml", agents=["r-snake", "jump"], instances=2)
+    assert page_of(study) == page_of(Evaluated.read(Path("out")))
+
+
+def test_the_folder_of_a_trained_policy_has_a_report_without_replays(call):
+    evaluated("pasture")
+    for name in ("summary.json", "episodes.csv"):
+        path = Path("out", name)
+        path.write_text(path.read_text().replace("snake", "model.zip"))
+    assert call("report", "out")[0] == 0
+    page = Path("out/report.html").read_text()
+    assert "model.zip" in page
+    assert page.count("It cannot be driven again from this folder") == 2
+
+
+def spoil(kind):
+    evaluated("pasture")
+    rows, summary = Path("out/episodes.csv"), Path("out/summary.json")
+    if kind == "unfinished":
+        summary.unlink()
+        journal = Path("out/journal.jsonl")
+        journal.write_bytes(b"".join(journal.read_bytes().splitlines(keepends=True)[:4]))
+    elif kind == "foreign":
+        for entry in Path("out").iterdir():
+            entry.unlink()
+    elif kind == "other json":
+        summary.write_text("{}")
+    elif kind == "no json":
+        summary.write_text("{")
+    elif kind == "damaged":
+        rows.write_text(rows.read_text().replace("snake,1,", "snake,2,", 1))
+    elif kind == "cut":
+        rows.write_text("".join(rows.read_text().splitlines(keepends=True)[:-1]))
+    elif kind == "longer":
+        rows.write_text(rows.read_text() + rows.read_text().splitlines(keepends=True)[-1])
+    elif kind == "mixed":
+        summary.write_text(re.sub(r'"mean": [0-9.]+', '"mean": 1.5', summary.read_text(), count=1))
+    elif kind == "no origin":
+        Path("out/origin.json").write_text("[1]")
+    elif kind == "no rows":
+        rows.unlink()
+
+
+@pytest.mark.parametrize(
+    ("kind", "line"),
+    [
+        (
+            "unfinished",
+            "`DIR` must be the folder of a finished evaluation, got out with 3 of 8 episodes: the command that",
+        ),
+        ("foreign", "`DIR` must be the folder of a finished evaluation, got out with no summary.json"),
+        ("other json", "`DIR` must hold the summary.json of an evaluation, got another one in out"),
+        ("no json", "`DIR` must be the folder of a finished evaluation, got out/summary.json, which is not JSON"),
+        ("damaged", "`DIR` must hold the rows as they were written, got a damaged line 7 in out/episodes.csv"),
+        ("cut", "`DIR` must hold all rows of the evaluation, got out/episodes.csv, which ends at line 8"),
+        (
+            "longer",
+            "`DIR` must hold the rows of one evaluation, got out/episodes.csv with more lines than summary.json",
+        ),
+        ("mixed", "`DIR` must hold the rows and the statistics of one evaluation, got those of two in out"),
+        ("no origin", "`DIR` must hold origin.json as it was written, got a damaged one in out"),
+        ("no rows", "cannot use out/episodes.csv: No such file or directory"),
+    ],
+)
+def test_a_folder_that_cannot_be_reported_is_refused_in_one_line(call, kind, line):
+    spoil(kind)
+    before = sorted(Path("out").iterdir())
+    status, out, err = call("report", "out")
+    assert (status, out, err.count("\n")) == (2, "", 1)
+    assert err.removeprefix("swath: ").startswith(line)
+    assert sorted(Path("out").iterdir()) == before
+
+
+def test_a_folder_that_is_none_is_refused(call):
+    Path("file").write_text("mine")
+    for name, what in (("nowhere", "not there"), ("file", "a file")):
+        assert call("report", name)[2] == (
+            f"swath: `DIR` must be the folder of a finished evaluation, got {name}, which is {what}\n"
+        )

@@ -1,0 +1,69 @@
+"""The site in a real browser, opened from its folder: no page logs an error or asks the network; the search finds."""
+
+import os
+import shutil
+from pathlib import Path
+
+import pytest
+from playwright.sync_api import expect, sync_playwright
+
+SITE = Path(__file__).resolve().parents[2] / "out/site"
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+
+if not (SITE / "index.html").exists():
+    pytest.skip("needs the site: `make docs` builds it and runs this", allow_module_level=True)
+
+pytestmark = [
+    pytest.mark.skipif(
+        CHROMIUM is None and not os.environ.get("CI"),
+        reason="needs chromium (Debian: apt-get install chromium)",
+    ),
+    pytest.mark.timeout(180),
+]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    assert CHROMIUM is not None, "CI needs chromium: make browser"
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def page(browser):
+    """A page that remembers what went wrong in it."""
+    page = browser.new_page()
+    page.wrong = []
+    page.on("console", lambda message: message.type == "error" and page.wrong.append(message.text))
+    page.on("pageerror", lambda error: page.wrong.append(str(error)))
+    page.on("request", lambda request: request.url.startswith("http") and page.wrong.append(request.url))
+    yield page
+    page.close()
+
+
+def test_no_page_logs_an_error_or_asks_the_network(page):
+    # A web server shows 404.html, from the top of its own address.
+    files = sorted(file for file in SITE.rglob("*.html") if file.name != "404.html")
+    for file in files:
+        page.goto(file.as_uri())
+        assert page.wrong == [], file
+    assert len(files) > 30
+
+
+def test_the_search_finds_from_a_folder(page):
+    page.goto((SITE / "agents/index.html").as_uri())
+    page.keyboard.press("s")
+    page.locator("input[name=query]").press_sequentially("boustrophedon")
+    expect(page.locator(".md-search-result__link").first).to_be_visible(timeout=30_000)
+    page.locator(".md-search-result__link").first.click()
+    expect(page.locator("h1")).to_be_visible()
+    assert page.wrong == []
+
+
+def test_formulas_are_drawn_as_formulas(page):
+    page.goto((SITE / "agents/jump.html").as_uri())
+    fraction = page.locator("math[display=block] mfrac").first
+    over, under = fraction.locator("> *").nth(0).bounding_box(), fraction.locator("> *").nth(1).bounding_box()
+    assert over["y"] + over["height"] <= under["y"] + 1
