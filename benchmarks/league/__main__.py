@@ -32,10 +32,11 @@ def main() -> None:
     command += f" FEWER={arguments.fewer}" if arguments.fewer > 1 else ""
     parts = QUICK if arguments.quick else PARTS
     parts = tuple(replace(part, instances=max(2, part.instances // arguments.fewer)) for part in parts)
+    facts = describe(command, {"swath": swath.__version__})
     began_s = time.monotonic()
     played = play(parts, arguments.out, arguments.jobs)
     took = f"{(time.monotonic() - began_s) / 60:.0f} min, less what an earlier run had played"
-    facts = [*describe(command, {"swath": swath.__version__}), ("time", took)]
+    facts.append(("time", took))
     folder = arguments.out if arguments.quick else arguments.to
     write(folder / "LEAGUE.csv", played)
     write_whole(folder / "LEAGUE.md", page.text(played, agents(), facts))

@@ -42,7 +42,10 @@ def text(played: Sequence[Played], agents: dict[str, bool], facts: Sequence[tupl
 
 
 def headline(played: Sequence[Played], agents: dict[str, bool]) -> str:
-    """Returns one line an agent over all parts: mean over its episodes, and what it has not done."""
+    """Returns one line an agent over all parts: means over its episodes, and what it has not done.
+
+    Without intervals: cells share their instances' random numbers, and are not independent.
+    """
     lines = [
         "| agent | episodes | way, % of `bcp` | weeds mowed, % | all mowed, % of episodes | all ground seen, % | "
         "longer than `horizon`, points | stopped by itself, % |",
@@ -59,7 +62,7 @@ def headline(played: Sequence[Played], agents: dict[str, bool]) -> str:
             f"{mean([one.mowed_percent for one in own]):.2f}",
             f"{100 * mean(whole):.1f}",
             f"{100 * mean([one.seen >= 1 for one in own]):.1f}",
-            "" if agent == REFERENCE else shown(longer(played, agent), "+"),
+            "" if agent == REFERENCE else f"{longer(played, agent)['mean']:+.1f}",
             f"{100 * mean([one.outcome == 'done' for one in own]):.1f}",
         ]
         lines.append(f"| {named(agent, is_online)} | {' | '.join(figures)} |")
