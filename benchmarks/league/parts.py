@@ -110,7 +110,7 @@ def play(parts: Sequence[Part], out: Path, jobs: int | None) -> list[Played]:
                 only=part.only,
                 instances=part.instances,
                 jobs=jobs,
-                out=out / build() / part.name / agent,
+                out=out / build() / f"{part.only or part.name}-{part.instances}" / agent,
                 progress=True,
             )
             cells = [cell_name(cell.values) for cell in results.study.cells]
