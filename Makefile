@@ -296,10 +296,11 @@ league: build-release ## every agent on the same pastures: benchmarks/LEAGUE.md;
 	python -m benchmarks.league $(if $(QUICK),--quick) $(if $(FEWER),--fewer $(FEWER))
 
 .PHONY: train-learned
-train-learned: build-release ## the trainings of agents/learned, their curves and contests; goes on where it was stopped
+train-learned: build-release ## the agent learned: trains it, compiles it in, its curve and its contest; goes on where it was stopped
 	$(call need,$(VENV),test)
 	python -m swath train maskable-routing --out out/learned/maskable-routing
-	python -m swath train ppo-features --out out/learned/ppo-features
+	python -m benchmarks.learned --export
+	@$(MAKE) --no-print-directory build-release
 	python -m benchmarks.learned
 
 .PHONY: paper

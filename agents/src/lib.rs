@@ -5,6 +5,8 @@
 //! | [`agent`] | the trait of every agent: asked at every step, it sees a `View` and answers with a `Decision` |
 //! | [`pass`], [`route`], [`tour`] | what planners are built from: a straight being held, a path being driven, an order of visits |
 //! | [`routing`] | the planners of the mower routing problem, Maini, Gonultas & Isler (2022) |
+//! | [`pursuit`], [`greedy`] | a choice among places to go to, and the simplest rule for it |
+//! | [`learned`] | the same choice, made by a trained network |
 //! | [`horizon`] | one plan over all that is known, made anew as more is known |
 //! | [`registry`] | every agent by its name, with its options |
 //! | [`tracker`] | a planner followed by a mower that is told one curvature a control period |
@@ -23,8 +25,11 @@
 //! ```
 
 pub mod agent;
+pub mod greedy;
 pub mod horizon;
+pub mod learned;
 pub mod pass;
+pub mod pursuit;
 pub mod registry;
 pub mod route;
 pub mod routing;

@@ -5,10 +5,13 @@ use std::str::FromStr;
 
 use schemars::JsonSchema;
 use swath_core::config::{ConfigError, from_table, nearest};
+use swath_core::geometry::Point;
 use toml::{Table, Value};
 
 use crate::agent::{Agent, Capped};
-use crate::horizon::{Horizon, HorizonOptions};
+use crate::greedy::{Greedy, GreedyOptions};
+use crate::horizon::{Clairvoyant, ClairvoyantOptions, Horizon, HorizonOptions};
+use crate::learned::Learned;
 use crate::routing::{Bcp, BcpOptions, BcpTsp, Jump, React, Snake};
 use crate::tracker::{TRACKING_MARGIN_M, Tracker};
 
@@ -21,44 +24,71 @@ pub struct Entry {
     pub about: &'static str,
     /// Whether its own choices are random.
     pub is_random: bool,
+    /// Whether it sees only what the mower may know; if not, it is a yardstick, told where the weeds stand.
+    pub is_online: bool,
 }
 
 /// Every agent, in the order in which tables list them.
-pub const AGENTS: [Entry; 7] = [
+pub const AGENTS: [Entry; 10] = [
     Entry {
         name: "bcp",
         about: "boustrophedon path over everything; option spacing = deck | sensor",
         is_random: false,
+        is_online: true,
     },
     Entry {
         name: "bcp-tsp",
         about: "search sweep, then a tour through the weeds it found",
         is_random: false,
+        is_online: true,
     },
     Entry {
         name: "react",
         about: "random search; weeds in the order of their detection",
         is_random: true,
+        is_online: true,
     },
     Entry {
         name: "jump",
         about: "JUMP: passes with detours to weeds above, spring spacing",
         is_random: false,
+        is_online: true,
     },
     Entry {
         name: "snake",
         about: "SNAKE: passes that wriggle from weed to weed",
         is_random: false,
+        is_online: true,
     },
     Entry {
         name: "r-snake",
         about: "R-SNAKE: SNAKE that leaves weeds far below behind",
         is_random: false,
+        is_online: true,
+    },
+    Entry {
+        name: "greedy",
+        about: "search sweep, and each weed that is a short detour; option detour_m",
+        is_random: false,
+        is_online: true,
     },
     Entry {
         name: "horizon",
         about: "one plan over all that is known, made anew as more is known; options iterations, time_ms, bar_margin_m",
         is_random: false,
+        is_online: true,
+    },
+    Entry {
+        name: "learned",
+        about: "a trained network that chooses among places to go to",
+        is_random: false,
+        is_online: true,
+    },
+    Entry {
+        name: "clairvoyant",
+        about: "NOT an online agent, a yardstick: a tour of all weeds, which it is told; option iterations",
+        is_random: false,
+        is_online: false,
     },
 ];
 
@@ -77,7 +107,10 @@ enum Build {
     Jump,
     Snake,
     RSnake,
+    Greedy(GreedyOptions),
     Horizon(HorizonOptions),
+    Learned,
+    Clairvoyant(ClairvoyantOptions),
 }
 
 /// The options of an agent that has none.
@@ -101,9 +134,18 @@ impl AgentSpec {
             "jump" => plain(options, &prefix, Build::Jump)?,
             "snake" => plain(options, &prefix, Build::Snake)?,
             "r-snake" => plain(options, &prefix, Build::RSnake)?,
+            "greedy" => {
+                let options: GreedyOptions = from_table(options, &prefix)?;
+                Build::Greedy(options.checked()?)
+            }
             "horizon" => {
                 let options: HorizonOptions = from_table(options, &prefix)?;
                 Build::Horizon(options.checked()?)
+            }
+            "learned" => plain(options, &prefix, Build::Learned)?,
+            "clairvoyant" => {
+                let options: ClairvoyantOptions = from_table(options, &prefix)?;
+                Build::Clairvoyant(options.checked()?)
             }
             _ => {
                 let names = AGENTS.map(|entry| entry.name);
@@ -117,7 +159,41 @@ impl AgentSpec {
         Ok(Self { label, build })
     }
 
+    /// Whether the agent sees only what the mower may know.
+    #[must_use]
+    pub fn is_online(&self) -> bool {
+        !matches!(self.build, Build::Clairvoyant(_))
+    }
+
+    /// The same agent, if it can act where it is told nothing but what the mower knows.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] naming a yardstick.
+    pub fn online(&self) -> Result<&Self, ConfigError> {
+        if self.is_online() {
+            return Ok(self);
+        }
+        let expected = "an online agent where it acts in an environment: it would have to be told where the weeds stand";
+        Err(ConfigError::value("agent", expected, format!("`{self}`")))
+    }
+
+    /// A fresh agent for an instance with these weeds, world frame, metres, of which only a yardstick is told.
+    #[must_use]
+    pub fn build_for(&self, seed: u64, weeds: &[Point]) -> Box<dyn Agent> {
+        match self.build {
+            Build::Clairvoyant(options) => {
+                Box::new(Capped(Box::new(Clairvoyant::new(options, weeds))))
+            }
+            _ => self.build(seed),
+        }
+    }
+
     /// A fresh agent with its safety cap; `seed` is for its own choices, if it makes any at random.
+    ///
+    /// # Panics
+    ///
+    /// For a yardstick; see [`AgentSpec::online`].
     #[must_use]
     pub fn build(&self, seed: u64) -> Box<dyn Agent> {
         let agent: Box<dyn Agent> = match self.build {
@@ -127,7 +203,10 @@ impl AgentSpec {
             Build::Jump => Box::new(Jump::new()),
             Build::Snake => Box::new(Snake::new()),
             Build::RSnake => Box::new(Snake::restricted()),
+            Build::Greedy(options) => Box::new(Greedy::new(options)),
             Build::Horizon(options) => Box::new(Horizon::new(options)),
+            Build::Learned => Box::new(Learned::new()),
+            Build::Clairvoyant(_) => panic!("a yardstick is built for the weeds of an instance"),
         };
         Box::new(Capped(agent))
     }

@@ -19,7 +19,13 @@ impl Route {
     /// The route along a path that starts where the mower stands.
     #[must_use]
     pub fn along(path: &DubinsPath, view: &View) -> Self {
-        Self { pieces: Vec::with_capacity(6), next: 0 }.then(path, view.path_m)
+        Self { pieces: Vec::with_capacity(6), next: 0 }.then(path.segments(), view.path_m)
+    }
+
+    /// The route through pieces that follow each other, from where the mower stands.
+    #[must_use]
+    pub fn through(segments: impl IntoIterator<Item = Segment>, view: &View) -> Self {
+        Self { pieces: Vec::with_capacity(4), next: 0 }.then(segments, view.path_m)
     }
 
     /// Nothing to drive.
@@ -40,11 +46,11 @@ impl Route {
     #[must_use]
     pub fn followed_by(self, path: &DubinsPath) -> Self {
         let end_m = self.pieces.last().map_or(0.0, |(_, end_m)| *end_m);
-        self.then(path, end_m)
+        self.then(path.segments(), end_m)
     }
 
-    fn then(mut self, path: &DubinsPath, mut end_m: f64) -> Self {
-        for segment in path.segments() {
+    fn then(mut self, segments: impl IntoIterator<Item = Segment>, mut end_m: f64) -> Self {
+        for segment in segments {
             end_m += segment.length_m;
             self.pieces.push((segment, end_m));
         }

@@ -37,7 +37,7 @@ pub fn run_episode(
     weeds: Option<&[Point]>,
 ) -> EpisodeResult {
     let mut env = Env::new(scenario);
-    let mut agent = agent.build(seed);
+    let mut agent = built(agent, &mut env, seed, weeds);
     let mut trajectory = Trajectory::default();
     let outcome =
         run_agent(&mut env, agent.as_mut(), seed, weeds, |motion| trajectory.push(motion));
@@ -48,8 +48,18 @@ pub fn run_episode(
 #[must_use]
 pub fn run_summary(scenario: &ValidScenario, agent: &AgentSpec, seed: u64) -> (Summary, Outcome) {
     let mut env = Env::new(scenario);
-    let outcome = run_agent(&mut env, agent.build(seed).as_mut(), seed, None, |_| ());
+    let mut agent = built(agent, &mut env, seed, None);
+    let outcome = run_agent(&mut env, agent.as_mut(), seed, None, |_| ());
     (env.summary(), outcome)
+}
+
+/// The agent; a yardstick is told the weeds of the instance, which is drawn for that.
+fn built(agent: &AgentSpec, env: &mut Env, seed: u64, weeds: Option<&[Point]>) -> Box<dyn Agent> {
+    if agent.is_online() {
+        return agent.build(seed);
+    }
+    env.reset_from(seed, Beginning { weeds, start: None });
+    agent.build_for(seed, env.weeds().positions())
 }
 
 /// Runs an agent on the instance `seed` of a fresh environment until it stops; `record` is told every arc driven.

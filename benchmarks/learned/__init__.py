@@ -1,1 +1,1 @@
-"""What trained policies are worth: their curves, and their paths beside those of others on the same instances."""
+"""What the trained policy is worth: its curve, and its paths beside those of others on the same instances."""

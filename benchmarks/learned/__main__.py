@@ -1,7 +1,7 @@
-"""Plays the trained policies on held-out instances, and writes data and tables.
+"""Takes over a finished training, plays its policy on held-out instances beside others, and writes data and tables.
 
-`make train-learned` trains them and calls it; `python -m benchmarks.learned --tables` writes the tables anew from the
-data that is there.
+`make train-learned` trains and calls it, first with `--export`, since `learned` holds its weights when it is compiled.
+`python -m benchmarks.learned --tables` writes the tables anew from the data that is there.
 """
 
 from __future__ import annotations
@@ -10,20 +10,25 @@ import argparse
 from pathlib import Path
 
 from benchmarks.learned import page
-from benchmarks.learned.results import TRAININGS, collect
+from benchmarks.learned.results import AGENTS, export, play
 
 
 def main() -> None:
     """Runs everything."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.learned", description=__doc__)
-    parser.add_argument("--runs", type=Path, default=Path("out/learned"), help="the trainings (default: %(default)s)")
-    parser.add_argument("--to", type=Path, default=Path("agents/learned"), help="data and page (default: %(default)s)")
-    parser.add_argument("--instances", type=int, default=50, help="held-out instances (default: %(default)s)")
+    run, folder = Path("out/learned/maskable-routing"), Path("agents/learned")
+    parser.add_argument("--run", type=Path, default=run, help="the training (default: %(default)s)")
+    parser.add_argument("--to", type=Path, default=folder, help="data and page (default: %(default)s)")
+    parser.add_argument("--instances", type=int, default=100, help="held-out instances (default: %(default)s)")
+    parser.add_argument("--agents", default=",".join(AGENTS), help="who plays; others stay (default: %(default)s)")
+    parser.add_argument("--export", action="store_true", help="only take over model, weights and curve")
     parser.add_argument("--tables", action="store_true", help="only write the tables anew")
     arguments = parser.parse_args()
-    if not arguments.tables:
-        for name in TRAININGS:
-            collect(arguments.runs / name, arguments.to / name, arguments.instances)
+    if arguments.export:
+        export(arguments.run, arguments.to / arguments.run.name)
+        return
+    for agent in [] if arguments.tables else arguments.agents.split(","):
+        play(agent, arguments.to / "contest", arguments.instances)
     page.write(arguments.to / "README.md", arguments.to)
     print(f"wrote {arguments.to / 'README.md'}")
 

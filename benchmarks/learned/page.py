@@ -6,7 +6,7 @@ import csv
 import re
 from pathlib import Path
 
-from benchmarks.learned.results import RANDOM, SCRIPTED, TRAINED
+from benchmarks.learned.results import AGENTS, LEARNED
 
 from swath.evaluation.statistics import Spread, spread
 
@@ -15,48 +15,55 @@ MARK = re.compile(r"(<!-- (?P<kind>contest|curve): (?P<name>[\w-]+) -->\n).*?(<!
 
 def write(file: Path, data: Path) -> None:
     """Writes every table of the page anew from the data."""
-    text = MARK.sub(lambda found: found[1] + table(found["kind"], data / found["name"]) + found[4], file.read_text())
+    text = MARK.sub(lambda found: found[1] + table(found["kind"], found["name"], data) + found[4], file.read_text())
     temporary = file.with_suffix(".tmp")
     temporary.write_text(text, encoding="utf-8")
     temporary.replace(file)
 
 
-def table(kind: str, folder: Path) -> str:
-    """Returns a table in Markdown; one line where a training has not been run."""
-    if not (folder / "episodes.csv").exists():
-        return "Not run yet: `make train-learned`.\n"
-    return contest(folder) if kind == "contest" else curve(folder)
+def table(kind: str, name: str, data: Path) -> str:
+    """Returns a table in Markdown: the contest on so many weeds, or the curve of a training."""
+    return contest(data / "contest", name) if kind == "contest" else curve(data / name)
 
 
-def contest(folder: Path) -> str:
-    """Every contestant on the same instances, and how much the trained policy's path differs from its path."""
-    paths: dict[str, list[float]] = {}
-    mowed: dict[str, list[float]] = {}
-    seen: dict[str, list[float]] = {}
-    outcomes: dict[str, list[str]] = {}
-    for row in read(folder / "episodes.csv"):
-        paths.setdefault(row["agent"], []).append(float(row["path_length_m"]))
-        mowed.setdefault(row["agent"], []).append(float(row["weeds_mowed"]))
-        seen.setdefault(row["agent"], []).append(100 * float(row["seen_fraction"]))
-        outcomes.setdefault(row["agent"], []).append(row["outcome"])
+def contest(folder: Path, weeds: str) -> str:
+    """Every contestant on the same instances, and how much the learned agent's path differs from its path."""
+    played = {
+        agent: [row for row in read(folder / f"{agent}.csv") if row["weeds_total"] == weeds]
+        for agent in AGENTS
+        if (folder / f"{agent}.csv").exists()
+    }
     lines = [
-        "| agent | path, m | weeds mowed | ground seen, % | trained - it: path, m | path, % | weeds mowed | ended by |",
-        "|---|---|---|---|---|---|---|---|",
+        "| agent | path, m | % of bcp | weeds mowed, % | ground seen, % | learned - it: path, m | path, % "
+        "| learned is shorter in | an episode takes, ms |",
+        "|---|---|---|---|---|---|---|---|---|",
     ]
-    for agent, path in paths.items():
-        ends = ", ".join(f"{outcomes[agent].count(name)} {name}" for name in sorted(set(outcomes[agent])))
+    own_m = column(played[LEARNED], "path_length_m")
+    for agent, rows in played.items():
+        path_m, mowed = column(rows, "path_length_m"), column(rows, "weeds_mowed")
+        share = [100 * path / bcp for path, bcp in zip(path_m, column(rows, "bcp_length_m"), strict=True)]
         versus = ["", "", ""]
-        if agent != TRAINED:
-            longer = spread([own - other for own, other in zip(paths[TRAINED], path, strict=True)])
-            more = spread([own - other for own, other in zip(mowed[TRAINED], mowed[agent], strict=True)])
-            share = 100 * longer["mean"] / spread(path)["mean"]
-            versus = [f"{shown(longer, '+')}", f"{share:+.1f}", f"{shown(more, '+', 2)}"]
-        name = f"`{agent}`" if agent in (*SCRIPTED, RANDOM) else agent
-        own = [shown(spread(path)), shown(spread(mowed[agent]), "", 2), shown(spread(seen[agent]), "", 1)]
-        lines.append(f"| {' | '.join([name, *own, *versus, ends])} |")
-    count = len(paths[TRAINED])
-    foot = f"{count} held-out instances, the same for all: mean ± half its 95 % interval (t); paired differences."
+        if agent != LEARNED:
+            longer_m = [own - other for own, other in zip(own_m, path_m, strict=True)]
+            percent = 100 * sum(longer_m) / sum(path_m)
+            versus = [shown(spread(longer_m), "+", 1), f"{percent:+.1f}", str(sum(longer < 0 for longer in longer_m))]
+        cells = [
+            f"`{agent}`",
+            shown(spread(path_m), digits=1),
+            shown(spread(share), digits=2),
+            f"{100 * sum(mowed) / (int(weeds) * len(rows)):.2f}",
+            f"{100 * sum(column(rows, 'seen_fraction')) / len(rows):.1f}",
+            *versus,
+            f"{1000 * sum(column(rows, 'wall_s')) / len(rows):.0f}",
+        ]
+        lines.append(f"| {' | '.join(cells)} |")
+    foot = f"{len(own_m)} held-out instances, the same for all: mean ± half its 95 % interval (t); paired differences."
     return "\n".join([*lines, "", foot, ""])
+
+
+def column(rows: list[dict[str, str]], name: str) -> list[float]:
+    """Returns a column as numbers."""
+    return [float(row[name]) for row in rows]
 
 
 def curve(folder: Path) -> str:

@@ -10,33 +10,43 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import swath
-from swath.evaluation.row import Row
-from swath.training import Curve, RandomPlayer, evaluate_policy, load_policy
+from swath.training import Curve, export_policy, load_policy
 from swath.training.curve import POLICY
-from swath.training.policy import Player
 
-TRAININGS = ("maskable-routing", "ppo-features")
-"""The trainings of `configs/train` whose results are shown."""
+LEARNED = "learned"
+AGENTS = (LEARNED, "snake", "greedy", "horizon", "clairvoyant")
+"""The contestants; the last one is a yardstick that is told the weeds."""
 
-SCRIPTED = ("bcp", "jump", "snake")
+COUNTS = (20, 40, 80)
+"""Numbers of weeds, uniform on the default pasture."""
+
 SEED = 1_000_000
-"""Of instance 0; the trainings' own evaluations begin at 1,001,000."""
+"""Of instance 0; the training's own evaluations begin at 1,001,000."""
 
-TRAINED, UNTRAINED, SAMPLED, RANDOM = "trained", "untrained", "untrained, drawing its actions", "random"
-
-COLUMNS = ("agent", "instance", "seed", "weeds_total", "weeds_mowed", "path_length_m", "seen_fraction", "outcome")
+COLUMNS = (
+    "weeds_total", "instance", "seed", "weeds_mowed", "path_length_m", "bcp_length_m",
+    "seen_fraction", "outcome", "wall_s",
+)  # fmt: skip
 CURVE_COLUMNS = ("steps", "wall_s", "instances", "path_m", "path_half_width_m", "weeds_mowed", "weeds_half_width")
 
 
-def collect(run: Path, folder: Path, instances: int) -> None:
-    """Writes `curve.csv`, `episodes.csv`, `machine.txt` and the model of a finished training into a folder."""
+def export(run: Path, folder: Path) -> None:
+    """Writes `curve.csv`, `machine.txt`, the model of a finished training and its weights into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     write_rows(folder / "curve.csv", CURVE_COLUMNS, curve_rows(run))
-    rows = [[getattr(row, name) for name in COLUMNS] for row in contest(run, instances)]
-    write_rows(folder / "episodes.csv", COLUMNS, rows)
     (folder / "machine.txt").write_text(machine() + "\n", encoding="utf-8")
-    for file in run.glob("model*"):
+    for file in (*run.glob("model*"), run / "training.toml"):
         shutil.copyfile(file, folder / file.name)
+    export_policy(load_policy(folder), folder / "policy.bin")
+
+
+def play(agent: str, folder: Path, instances: int) -> None:
+    """Plays an agent on the held-out instances of every number of weeds, and writes its episodes into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
+    scenarios = [swath.Scenario("pasture", weeds={"count": count}) for count in COUNTS]
+    played = [swath.evaluate([agent], scenario=each, instances=instances, seed=SEED).rows for each in scenarios]
+    rows = [[getattr(row, name) for name in COLUMNS] for rows in played for row in rows]
+    write_rows(folder / f"{agent}.csv", COLUMNS, rows)
 
 
 def curve_rows(run: Path) -> Iterator[list[object]]:
@@ -53,22 +63,6 @@ def curve_rows(run: Path) -> Iterator[list[object]]:
 def half_width(spread: swath.evaluation.statistics.Spread) -> float:
     """Returns half the 95 % interval of a mean; 0 where there is but one value."""
     return 0.0 if spread["high"] is None else spread["high"] - spread["mean"]
-
-
-def contest(run: Path, instances: int) -> Iterator[Row]:
-    """Yields the episodes of all contestants on the same instances."""
-    trained = load_policy(run / "model.zip")
-    assert trained.card is not None, "it was loaded with its card"
-    scenario = trained.card.scenario
-    players: dict[str, Player] = {
-        TRAINED: trained,
-        UNTRAINED: load_policy(run / "untrained.zip"),
-        SAMPLED: load_policy(run / "untrained.zip", deterministic=False),
-        RANDOM: RandomPlayer(trained.model.action_space, SEED),
-    }
-    for label, player in players.items():
-        yield from evaluate_policy(player, scenario=scenario, instances=instances, seed=SEED, label=label)
-    yield from swath.evaluate(SCRIPTED, scenario=scenario, instances=instances, seed=SEED).rows
 
 
 def write_rows(file: Path, header: Sequence[str], rows: Iterator[list[object]] | Sequence[list[object]]) -> None:

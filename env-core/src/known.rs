@@ -132,6 +132,12 @@ impl KnownWeeds {
         self.list.binary_search_by_key(&number, |weed| weed.number).ok()
     }
 
+    /// The weed of that number, if it is known and not yet mowed.
+    #[must_use]
+    pub fn of_number(&self, number: u32) -> Option<KnownWeed> {
+        self.index_of(number).map(|index| self.list[index])
+    }
+
     /// Whether the weed of that number is known and not yet mowed.
     #[must_use]
     pub fn holds(&self, number: u32) -> bool {

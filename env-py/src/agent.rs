@@ -2,10 +2,11 @@
 
 use std::sync::Mutex;
 
-use numpy::PyArray1;
+use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use swath_agents::agent::{Agent as Planner, Decision};
+use swath_agents::learned::Network;
 use swath_agents::registry::{self, AGENTS};
 use swath_core::action::ActionError;
 use swath_core::config::{ActionKind, ConfigError};
@@ -77,8 +78,8 @@ struct Present {
 #[pymethods]
 impl Agent {
     #[new]
-    pub(crate) fn new(spec: &AgentSpec, seed: Seed) -> Self {
-        Self { spec: spec.spec.clone(), seed: seed.0, present: None }
+    pub(crate) fn new(spec: &AgentSpec, seed: Seed) -> Result<Self, Error> {
+        Ok(Self { spec: spec.spec.online()?.clone(), seed: seed.0, present: None })
     }
 
     /// The agent's name and options.
@@ -152,8 +153,19 @@ impl Present {
     }
 }
 
-/// Name of every agent, what it does, and whether its own choices are random.
+/// The places that the agent `learned` takes, each from a table of candidates: (n, K F) float32 to n places.
 #[pyfunction]
-pub(crate) fn agents() -> Vec<(&'static str, &'static str, bool)> {
-    AGENTS.iter().map(|entry| (entry.name, entry.about, entry.is_random)).collect()
+pub(crate) fn learned_places(tables: PyReadonlyArray2<f32>) -> Result<Vec<usize>, Error> {
+    let (network, tables) = (Network::shipped(), tables.as_array());
+    if tables.ncols() % network.columns() != 0 {
+        let expected = format!("(n, K {}) numbers", network.columns());
+        return Err(ConfigError::value("tables", expected, tables.ncols()).into());
+    }
+    Ok(tables.outer_iter().map(|table| network.best(&table.to_vec())).collect())
+}
+
+/// Name of every agent, what it does, whether its own choices are random, and whether it is an online agent.
+#[pyfunction]
+pub(crate) fn agents() -> Vec<(&'static str, &'static str, bool, bool)> {
+    AGENTS.iter().map(|entry| (entry.name, entry.about, entry.is_random, entry.is_online)).collect()
 }

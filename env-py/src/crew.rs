@@ -37,9 +37,11 @@ type Decisions<'py> = (Bound<'py, PyArray2<f32>>, Vec<Option<&'static str>>);
 #[pymethods]
 impl Crew {
     #[new]
-    fn new(spec: &AgentSpec, seeds: Vec<Seed>) -> Self {
-        let member = |seed| Member { agent: Agent::new(spec, seed), planner: None, stop: None };
-        Self { members: seeds.into_iter().map(member).collect() }
+    fn new(spec: &AgentSpec, seeds: Vec<Seed>) -> Result<Self, Error> {
+        spec.spec.online()?;
+        let member =
+            |seed| Ok(Member { agent: Agent::new(spec, seed)?, planner: None, stop: None });
+        Ok(Self { members: seeds.into_iter().map(member).collect::<Result<_, Error>>()? })
     }
 
     /// The next action of every row that `live` names, zeros elsewhere; and why each member has stopped, if it has.

@@ -45,7 +45,7 @@ mod training;
 #[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::agent::{Agent, AgentSpec, agents};
+    use crate::agent::{Agent, AgentSpec, agents, learned_places};
     #[pymodule_export]
     use crate::batch::Batch;
     #[pymodule_export]

@@ -7,7 +7,7 @@ import pytest
 import swath
 
 ID = "swath/MowerRouting-v0"
-AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon"]
+AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "horizon", "learned"]
 UNLIMITED = {"budget": float("inf")}
 
 
@@ -146,8 +146,8 @@ def test_options_are_keywords_or_part_of_the_name():
         (
             "jmup",
             {},
-            "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, horizon, got `jmup`; "
-            "did you mean `jump`?",
+            "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, greedy, horizon, learned, clairvoyant, "
+            "got `jmup`; did you mean `jump`?",
         ),
         ("bcp", {"spacng": "deck"}, "`bcp.spacng` is not a known key; did you mean `bcp.spacing`?"),
         ("bcp", {"spacing": "wide"}, "`bcp.spacing` must be `deck` or `sensor`, got `wide`"),

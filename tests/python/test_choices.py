@@ -40,7 +40,7 @@ def test_the_mask_is_told_in_three_places():
         assert mask[-1]
         assert np.array_equal(mask, info["action_mask"])
         assert np.array_equal(mask, observation["action_mask"])
-        rows = observation["candidates"].reshape(16, 11)
+        rows = observation["candidates"].reshape(16, 18)
         assert np.array_equal(mask, rows[:, :3].any(axis=1))
         observation, _, _, _, info = env.step(action)
         assert info["action_clipped"] is not bool(mask[action])

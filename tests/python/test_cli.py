@@ -14,7 +14,7 @@ import pytest
 import swath
 from swath.cli import main
 
-AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon"]
+AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "horizon", "learned"]
 
 
 @pytest.fixture(autouse=True)
@@ -109,7 +109,8 @@ def test_a_bad_scenario_is_refused_in_one_line_and_nothing_is_written(call, comm
         (["evaluate", "nowhere", "--agents", "jump"], "cannot read nowhere: no such file, and no shipped scenario"),
         (
             ["evaluate", "pasture", "--agents", "jmup"],
-            "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, horizon, got `jmup`",
+            "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, greedy, horizon, learned, clairvoyant, "
+            "got `jmup`",
         ),
         (
             ["evaluate", "pasture", "--agents", "bcp:spacng=deck"],
@@ -271,9 +272,9 @@ def test_config_prints_the_schema(call):
 
 def test_agents_are_listed_one_a_line(call):
     _, out, _ = call("agents")
-    assert [line.split()[0] for line in out.splitlines()] == AGENTS
+    assert [line.split()[0] for line in out.splitlines()] == [*AGENTS, "clairvoyant"]
     _, out, _ = call("agents", "--json")
-    assert [row["agent"] for row in json.loads(out)] == AGENTS
+    assert [row["agent"] for row in json.loads(out)] == [*AGENTS, "clairvoyant"]
 
 
 @pytest.mark.parametrize("command", [[], ["evaluate"], ["run"], ["config"], ["agents"], ["demo"]])

@@ -103,13 +103,13 @@ def test_bounds_are_finite_and_every_number_has_a_name(env, kind):
 
 def test_the_parts_of_an_observation_have_the_documented_forms():
     spaces = {kind: make(observation={"kind": kind}).observation_space for kind in OBSERVATIONS}
-    assert (spaces["candidates"].shape, spaces["candidates"].dtype) == ((16 * 11,), np.float32)
+    assert (spaces["candidates"].shape, spaces["candidates"].dtype) == ((16 * 18,), np.float32)
     assert spaces["maps"] == gym.spaces.Box(0, 255, (12 * 32 * 32,), np.uint8)
     mask = gym.spaces.MultiBinary(16)
     expected = {part: spaces[part] for part in ("features", "candidates", "maps")} | {"action_mask": mask}
     assert spaces["dict"] == gym.spaces.Dict(expected)
     tables = gym.make(ID, observation={"kind": "dict", "flat": False}, action={"weeds": 3, "views": 0})
-    assert tables.observation_space["candidates"].shape == (4, 11)
+    assert tables.observation_space["candidates"].shape == (4, 18)
     assert tables.observation_space["maps"].shape == (12, 32, 32)
 
 

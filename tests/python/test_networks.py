@@ -20,7 +20,7 @@ from swath.training import networks
 from swath.training.candidate_policy import CandidatePolicy
 from swath.training.networks import CandidatesExtractor, DictExtractor, MapsExtractor
 
-ROWS, COLUMNS, FEATURES = 16, 11, 39
+ROWS, COLUMNS, FEATURES = 16, 18, 39
 MAPS = Box(0, 255, (12, 32, 32), np.uint8)
 TABLES = {
     "table": Box(-1, 1, (ROWS, COLUMNS)),

@@ -9,7 +9,7 @@ import pytest
 
 import swath
 
-AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon"]
+AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "horizon", "learned"]
 SCENARIOS = [
     "cowbot-field",
     "pasture",

@@ -60,6 +60,7 @@ SMALL = {
     "ppo on target": UNMASKED,
     "sac": SAC,
     "maskable-ppo": MASKABLE,
+    "maskable-ppo on several counts": MASKABLE | {"weed_counts": [3, 9]},
 }
 
 
@@ -115,6 +116,8 @@ REFUSED = [
     ({"total_steps": 1e6}, "`total_steps` must be a whole number from 1 to 1000000000000, got 1000000.0"),
     ({"num_envs": True}, "`num_envs` must be a whole number from 1 to 65536, got True"),
     ({"seed": 1_000_000}, "`seed` must be a whole number from 0 to 999996, got 1000000"),
+    ({"weed_counts": [5, 6, 7]}, "`weed_counts` must be a list whose length divides `num_envs`, 4, got [5, 6, 7]"),
+    ({"weed_counts": [-1]}, "`weed_counts` must be a whole number from 0 to 10000000, got -1"),
     ({"scenario": {"base": "nowhere"}}, "cannot read nowhere: no such file, and no shipped scenario"),
     ({"scenario": {"weeds": {"cuont": 3}}}, "`weeds.cuont` is not a known key; did you mean `weeds.count`?"),
     ({"policy": {"class": "MlpPolcy"}}, "`policy.class` must be one of `MlpPolicy`, `CnnPolicy`, `MultiInputPolicy`"),
@@ -336,6 +339,32 @@ def test_the_time_up_to_the_last_checkpoint_is_counted_and_no_other(tmp_path):
     rows = (tmp_path / "times.csv").read_text().splitlines()
     assert [row.split(",")[0] for row in rows] == ["steps", "0", "400"]
     assert 3600.0 <= float(rows[-1].split(",")[1]) < 4000.0
+
+
+def test_environments_with_several_counts_of_weeds_are_those_of_one_count_side_by_side():
+    config = TrainingConfig.check(MASKABLE | {"weed_counts": [3, 9], "normalize": {"norm_reward": False}})
+    abreast = training.environments.make_bare_venv(config)
+    alone = [
+        training.environments.make_venv(_native.Scenario(config.scenario, weeds={"count": count}), 2)
+        for count in (3, 9)
+    ]
+    abreast.seed(5)
+    for venv, seed in zip(alone, (5, 7), strict=True):
+        venv.seed(seed)
+    assert np.array_equal(abreast.reset(), np.concatenate([venv.reset() for venv in alone]))
+    totals = set()
+    for _ in range(80):
+        masks = abreast.env_method("action_masks")
+        assert np.array_equal(masks, [mask for venv in alone for mask in venv.env_method("action_masks")])
+        places = np.array([np.flatnonzero(mask)[0] for mask in masks])
+        got, apart = (
+            abreast.step(places),
+            [venv.step(part) for venv, part in zip(alone, places.reshape(2, 2), strict=True)],
+        )
+        for what in range(3):
+            assert np.array_equal(got[what], np.concatenate([step[what] for step in apart]))
+        totals |= {(row, info["weeds_total"]) for row, info in enumerate(got[3]) if "weeds_total" in info}
+    assert totals == {(0, 3), (1, 3), (2, 9), (3, 9)}
 
 
 @pytest.mark.parametrize("package", ["swath", "swath-build", "torch", "stable-baselines3"])

@@ -143,7 +143,7 @@ def test_rows_and_trajectories_are_those_of_the_same_agent_here(server, tmp_path
 
 
 @pytest.mark.parametrize("action", ["steer", "drive"])
-@pytest.mark.parametrize("agent", [name for name, *_ in _native.agents()])
+@pytest.mark.parametrize("agent", [name for name, *_, is_online in _native.agents() if is_online])
 def test_a_crew_decides_the_same_for_mowers_on_a_server(server, agent, action):
     scenario = _native.Scenario(FIELD["scenario"], action={"kind": action})
     here = _native.Batch(scenario, 3, "SameStep", 1, copy=True)

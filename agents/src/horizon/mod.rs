@@ -1,6 +1,7 @@
 //! `horizon`: one plan over all that is known, made anew as the mower learns more.
 
 mod anneal;
+mod clairvoyant;
 mod deadline;
 mod open;
 mod outlook;
@@ -9,6 +10,8 @@ mod rows;
 mod spot;
 mod views;
 mod ways;
+
+pub use clairvoyant::{Clairvoyant, ClairvoyantOptions};
 
 use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex};

@@ -42,7 +42,7 @@ fn programs() -> Vec<(String, &'static str, Prepare)> {
     add("reset/160-weeds", "reset", Box::new(|| reset("weeds.count = 160")));
     add("snapshot/160-weeds", "round trip", Box::new(|| snapshot("weeds.count = 160")));
     // The planner that searches would take minutes.
-    for entry in AGENTS.iter().filter(|entry| entry.name != "horizon") {
+    for entry in AGENTS.iter().filter(|entry| entry.name != "horizon" && entry.is_online) {
         add(
             &format!("episode/{}", entry.name),
             "episode",

@@ -13,7 +13,7 @@ use approach::{Approach, Headings};
 use tiles::{Column, Tiles};
 
 use crate::config::ActionConfig;
-use crate::geometry::{Frame, Point, Pose, Sight, Triangle};
+use crate::geometry::{Frame, Point, Pose, Sight, Triangle, shortest};
 use crate::grid::Grid;
 use crate::known::KnownWeed;
 use crate::motion::LOOK_SPACING_M;
@@ -66,6 +66,8 @@ pub struct Candidates {
     headings: Headings,
     tiles: Tiles,
     is_current: bool,
+    /// Whether the search still looks for unseen ground.
+    is_searching: bool,
     nearest: Vec<(f64, KnownWeed)>,
     columns: Vec<Column>,
     near_tiles: Vec<(f64, usize)>,
@@ -83,6 +85,7 @@ impl Candidates {
             headings: Headings::new(),
             tiles: Tiles::new(grid, site),
             is_current: false,
+            is_searching: false,
             nearest: vec![nobody; config.weeds],
             columns: Vec::new(),
             near_tiles: Vec::new(),
@@ -142,6 +145,25 @@ impl Candidates {
         }
     }
 
+    /// How much longer the way of the search gets by going to a candidate first, metres; its beginning is cut off where the
+    /// candidate's way ends. Once all ground is seen the search goes to the nearest weed: then, how much longer the
+    /// candidate's own way is.
+    ///
+    /// # Panics
+    ///
+    /// Before the first [`Candidates::refresh`].
+    #[must_use]
+    pub fn detour_m(&self, candidate: &Candidate, site: &Site) -> f64 {
+        let search = self.rows.last().copied().flatten().expect("the candidates are worked out");
+        let there_m = candidate.way.length_m() - search.way.length_m();
+        if candidate.purpose == Purpose::Search || !self.is_searching {
+            return there_m;
+        }
+        let (from, to) = (candidate.way.end().pose, search.way.end().pose);
+        let onward = shortest(from, to, site.turning_radius_m);
+        there_m + onward.expect("a checked scenario has a turning radius").length_m()
+    }
+
     fn find_weeds(&mut self, view: &View, approach: &Approach) {
         let found = view.known_weeds.nearest(view.pose.position(), &mut self.nearest);
         for (row, (_, weed)) in self.rows.iter_mut().zip(&self.nearest[..found]) {
@@ -194,9 +216,9 @@ impl Candidates {
     /// unseen cells left behind cost something too; ground that lies about in small pieces is looked at from anywhere.
     /// When all is seen: the cheapest weed in reach. Where there is no way within the fence, turning on the spot.
     fn search(&mut self, view: &View, approach: &Approach) -> Candidate {
-        if view.ground.unseen_count() > 0
-            && let Some(way) = self.sweep(view, approach)
-        {
+        let sweep = if view.ground.unseen_count() > 0 { self.sweep(view, approach) } else { None };
+        self.is_searching = sweep.is_some();
+        if let Some(way) = sweep {
             return candidate(Purpose::Search, way, view);
         }
         let weeds = self.rows[..self.weeds].iter().flatten();

@@ -3,7 +3,7 @@
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
 use swath_agents::agent::{Agent, Decision, PIECE_M};
-use swath_agents::registry::AgentSpec;
+use swath_agents::registry::{AGENTS, AgentSpec};
 use swath_agents::runner::{run_agent, run_episode};
 use swath_core::action::Command;
 use swath_core::config::{Document, ValidScenario};
@@ -339,12 +339,54 @@ fn a_tracked_planner_sets_out_along_its_first_pass() {
     }
 }
 
+/// Whoever is told the weeds is no agent that could act for a mower.
+#[test]
+fn the_yardstick_alone_is_told_the_weeds_and_acts_in_no_environment() {
+    let told: Vec<&str> =
+        AGENTS.iter().filter(|entry| !entry.is_online).map(|entry| entry.name).collect();
+    assert_eq!(told, ["clairvoyant"]);
+    for entry in AGENTS {
+        let spec: AgentSpec = entry.name.parse().unwrap();
+        assert_eq!(spec.is_online(), entry.is_online, "{}", entry.name);
+        assert_eq!(spec.online().is_ok(), entry.is_online, "{}", entry.name);
+    }
+    let refused = "clairvoyant".parse::<AgentSpec>().unwrap().online().unwrap_err().to_string();
+    assert_eq!(
+        refused,
+        "`agent` must be an online agent where it acts in an environment: it would have to be told where the weeds stand, \
+         got `clairvoyant`"
+    );
+}
+
+#[test]
+fn the_yardstick_mows_every_weed_on_a_shorter_way_than_any_agent() {
+    for (pasture, scenario) in pastures() {
+        let spec: AgentSpec = "clairvoyant:iterations=500".parse().unwrap();
+        for seed in 0..2 {
+            let told = run_episode(&scenario, &spec, seed, None);
+            assert_eq!(told.outcome, Outcome::Done, "{pasture}, seed {seed}");
+            assert_eq!(
+                told.summary.weeds_mowed, told.summary.weeds_total,
+                "{pasture}, seed {seed}"
+            );
+            for name in agents::quick() {
+                let other = run_episode(&scenario, &name.parse().unwrap(), seed, None).summary;
+                assert!(
+                    other.weeds_mowed < other.weeds_total
+                        || told.summary.path_length_m <= other.path_length_m,
+                    "{name} on {pasture}, seed {seed}"
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn an_unknown_agent_or_option_is_refused_by_name() {
     let refused = |text: &str| text.parse::<AgentSpec>().unwrap_err().to_string();
     assert_eq!(
         refused("snak"),
-        "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, horizon, got `snak`; did you mean `snake`?"
+        "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, greedy, horizon, learned, clairvoyant, got `snak`; did you mean `snake`?"
     );
     assert_eq!(
         refused("bcp:spacin=sensor"),

@@ -16,9 +16,9 @@ def agents(*, as_json: AsJson = False) -> None:
     """List the agents, one line each."""
     listed = _native.agents()
     if as_json:
-        rows = [{"agent": name, "about": about, "is_random": is_random} for name, about, is_random in listed]
+        rows = [dict(zip(("agent", "about", "is_random", "is_online"), row, strict=True)) for row in listed]
         typer.echo(json.dumps(rows, indent=2))
         return
-    width = max(len(name) for name, _, _ in listed)
-    for name, about, _ in listed:
+    width = max(len(name) for name, *_ in listed)
+    for name, about, *_ in listed:
         typer.echo(f"{name:{width}}  {about}")

@@ -21,7 +21,7 @@ from swath.pictures import check_matplotlib, picture
 
 __all__ = ["demo"]
 
-AGENTS = ("bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "horizon")
+AGENTS = ("bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "horizon", "learned")
 PASTURES = ("cowbot-field", "pasture")
 
 

@@ -29,7 +29,8 @@ RANDOM = "random"
 _MOST_STEPS = 10**12
 _MOST_ENVS = 65_536
 _MOST_INSTANCES = 65_536
-_KEYS = ("algorithm", "total_steps", "num_envs", "num_threads", "seed", "checkpoint_every")
+_MOST_WEEDS = 10_000_000
+_KEYS = ("algorithm", "total_steps", "num_envs", "num_threads", "seed", "checkpoint_every", "weed_counts")
 _BLOCKS = ("scenario", "policy", "hyperparameters", "normalize", "evaluation")
 
 
@@ -90,6 +91,8 @@ class TrainingConfig:
         num_threads: Number of threads that step them; it changes no result.
         seed: Environment i begins with seed + i, all below the held-out seeds.
         checkpoint_every: Steps between two checkpoints.
+        weed_counts: Numbers of weeds to learn from, each in an equal share of the environments; the scenario's own is
+            the one that is evaluated. Empty: the scenario's own alone.
         policy: `class` and the policy's keyword arguments, as written.
         hyperparameters: Keyword arguments of the algorithm, as written.
         normalize: Keyword arguments of VecNormalize, as written; None: nothing is normalised.
@@ -104,6 +107,7 @@ class TrainingConfig:
     num_threads: int
     seed: int
     checkpoint_every: int
+    weed_counts: tuple[int, ...]
     policy: Mapping[str, object]
     hyperparameters: Mapping[str, object]
     normalize: Mapping[str, object] | None
@@ -169,6 +173,7 @@ class TrainingConfig:
             checkpoint_every=keys.whole(
                 "checkpoint_every", given.get("checkpoint_every", max(total_steps // 10, 1)), least=1, most=_MOST_STEPS
             ),
+            weed_counts=_weed_counts(given.get("weed_counts", []), num_envs),
             policy={
                 "class": "MultiInputPolicy" if kind_of(scenario, "observation") == "dict" else "MlpPolicy",
                 **keys.block("policy", given.get("policy", {})),
@@ -207,6 +212,7 @@ class TrainingConfig:
             "num_threads": self.num_threads,
             "seed": self.seed,
             "checkpoint_every": self.checkpoint_every,
+            **({"weed_counts": list(self.weed_counts)} if self.weed_counts else {}),
             "policy": dict(self.policy),
             "hyperparameters": dict(self.hyperparameters),
             **({} if self.normalize is None else {"normalize": dict(self.normalize)}),
@@ -246,6 +252,13 @@ def _scenario(given: object, folder: Path) -> Scenario:
     if base is not None and base not in _native.shipped():
         source = folder / base
     return _native.Scenario(source, **blocks)  # type: ignore[arg-type] # checked there
+
+
+def _weed_counts(given: object, num_envs: int) -> tuple[int, ...]:
+    if not isinstance(given, list) or (given and num_envs % len(given)):
+        text = f"`weed_counts` must be a list whose length divides `num_envs`, {num_envs}, got {given}"
+        raise ConfigError(text)
+    return tuple(keys.whole("weed_counts", count, least=0, most=_MOST_WEEDS) for count in given)
 
 
 def _agents(given: object) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from gymnasium import spaces
 
+from swath import _native
 from swath.errors import ConfigError
 from swath.registration import ENV_ID
 from swath.training.algorithms import normalize_arguments
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from swath.scenario import Scenario
     from swath.training.config import TrainingConfig
 
-__all__ = ["make_training_venv", "make_venv", "restore", "snapshots"]
+__all__ = ["make_bare_venv", "make_training_venv", "make_venv", "restore", "snapshots"]
 
 
 def make_venv(scenario: Scenario, num_envs: int, num_threads: int = 1) -> VecEnv:
@@ -26,9 +27,20 @@ def make_venv(scenario: Scenario, num_envs: int, num_threads: int = 1) -> VecEnv
     return make_vec_env(ENV_ID, num_envs, scenario=scenario, num_threads=num_threads)
 
 
+def make_bare_venv(config: TrainingConfig) -> VecEnv:
+    """Makes the environments of a training: with several counts of weeds, as many environments for each of them."""
+    if not config.weed_counts:
+        return make_venv(config.scenario, config.num_envs, config.num_threads)
+    from swath.training.abreast import AbreastVecEnv
+
+    each = config.num_envs // len(config.weed_counts)
+    scenarios = [_native.Scenario(config.scenario, weeds={"count": count}) for count in config.weed_counts]
+    return AbreastVecEnv([make_venv(scenario, each, config.num_threads) for scenario in scenarios])
+
+
 def make_training_venv(config: TrainingConfig) -> VecEnv:
     """Makes the environments of a training, normalised as it says."""
-    venv = make_venv(config.scenario, config.num_envs, config.num_threads)
+    venv = make_bare_venv(config)
     arguments = normalize_arguments(config)
     if arguments is None:
         return venv

@@ -176,8 +176,12 @@ class CandidateNetwork(nn.Module):
         return encoded, torch.cat([mean, encoded.amax(dim=1)], dim=1), context
 
     def _scores(self, encoded: torch.Tensor, company: torch.Tensor) -> torch.Tensor:
-        beside = company.unsqueeze(1).expand(-1, self.rows, -1)
-        scores: torch.Tensor = self.score(torch.cat([encoded, beside], dim=2))
+        # The first layer reads a row and its company; what the company contributes is the same for all rows.
+        hidden, last = self.score
+        first, width = hidden[0], encoded.shape[2]
+        own = nn.functional.linear(encoded, first.weight[:, :width])
+        shared = nn.functional.linear(company, first.weight[:, width:], first.bias)
+        scores: torch.Tensor = last(hidden[1:](own + shared.unsqueeze(1)))
         return scores.squeeze(2)
 
 

@@ -14,7 +14,7 @@ from swath.training.card import write_model
 from swath.training.checkpoint import Checkpoints
 from swath.training.config import RANDOM, Evaluation, TrainingConfig
 from swath.training.curve import POLICY, Curve, line_of
-from swath.training.environments import make_training_venv, make_venv
+from swath.training.environments import make_bare_venv, make_training_venv
 from swath.training.folder import Folder
 from swath.training.generators import unchanged
 from swath.training.play import evaluate_policy
@@ -86,7 +86,7 @@ class _Training:
             self.model, before_s = new_model(config, make_training_venv(config)), 0.0
             self.checkpoints.check_room(self.model)
         else:
-            venv = make_venv(config.scenario, config.num_envs, config.num_threads)
+            venv = make_bare_venv(config)
             self.model, before_s = self.checkpoints.load(newest, venv)
         self.steps_before = self.model.num_timesteps
         self.curve.forget_after(self.steps_before if newest is not None else -1)
