@@ -281,6 +281,10 @@ bench-episodes: build-release ## how long steps, episodes and the density sweep 
 	rm -rf out/bench
 	time python -m swath evaluate table1 --only density --agents bcp,bcp-tsp,react,jump,snake,r-snake --instances 100 --out out/bench
 
+.PHONY: bench-planning
+bench-planning: tools ## how long the plans of horizon take, and its episodes; INSTANCES= of each number of weeds
+	@$(RELEASE) cargo run --quiet --release --locked -p swath-benchmarks --bin planning -- $(INSTANCES)
+
 # The instruction set is the plain one, whatever RUSTFLAGS says: counts must be the same everywhere, and valgrind knows no AVX-512.
 COUNTED := target/release/counted
 .PHONY: counted
@@ -312,6 +316,10 @@ valgrind: ## in CI: installs valgrind, which bench-count needs, from the system'
 browser: ## in CI: installs Chromium, which the tests of replays and reports open, from the system's packages
 	@command -v chromium >/dev/null || [ -z "$(CI)" ] || ! command -v apt-get >/dev/null \
 	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium; }
+
+.PHONY: league
+league: build-release ## every agent on the same pastures: benchmarks/LEAGUE.md; goes on where it was stopped; QUICK=1 tries it, FEWER=2 halves it
+	python -m benchmarks.league $(if $(QUICK),--quick) $(if $(FEWER),--fewer $(FEWER))
 
 .PHONY: train-learned
 train-learned: build-release ## the agent learned: trains it, compiles it in, its curve and its contest; goes on where it was stopped

@@ -4,7 +4,9 @@ mod anneal;
 mod clairvoyant;
 mod deadline;
 mod open;
+mod outlook;
 mod plan;
+mod rows;
 mod spot;
 mod views;
 mod ways;
@@ -21,6 +23,7 @@ use swath_core::config::ConfigError;
 use swath_core::geometry::Pose;
 use swath_core::known::KnownWeed;
 use swath_core::rng::{self, StreamRng};
+use swath_core::site::Site;
 use swath_core::view::View;
 
 use crate::agent::{Agent, Decision, PIECE_M};
@@ -28,6 +31,7 @@ use crate::route::{ARRIVED_M, Route};
 use deadline::Deadline;
 use open::OpenGround;
 use plan::{Node, Plan};
+use rows::Rows;
 use spot::{Spot, single};
 use views::Views;
 use ways::Ways;
@@ -45,13 +49,23 @@ const LOOKED_M: f32 = 1e-4;
 /// How many times fewer changes are tried of places to look from.
 const MENDING: usize = 40;
 /// How many times as many changes are tried for each of the first plans.
-const SWEEP: usize = 3;
+const SWEEP: usize = 2;
 /// As many changes more are tried for every so many weeds that are planned.
 const WEEDS: usize = 10;
 /// Another plan is taken if it is so much shorter, metres: a mower that often changes its mind drives to and fro.
 const WORTH_M: f32 = 1.0;
 /// A plan is long when the mower has driven so many boustrophedon paths.
 const CAP: f64 = 3.0;
+
+/// Share of the ground that must be seen before its weeds tell how many there are elsewhere.
+const SEEN: f32 = 0.1;
+/// Share of the ground from which on the rest is planned freely.
+const NEARLY_ALL: f32 = 0.98;
+/// Below this share of the boustrophedon path nobody thinks of rows, and below this one nothing is taken for its sake.
+const FAR_BELOW: f32 = 0.6;
+const SAFE: f32 = 0.85;
+/// By how much a shortest path is longer than a straight at most, in turning radii: seven thirds of a full turn's half.
+const DETOUR: f32 = 7.34;
 
 /// The first plans that were made in this process, by the pasture, the mower and where it begins.
 static SWEEPS: LazyLock<Mutex<HashMap<String, Vec<Spot>>>> = LazyLock::new(Mutex::default);
@@ -94,6 +108,16 @@ impl HorizonOptions {
         }
         Ok(self)
     }
+
+    /// How many changes are tried for so many weeds.
+    fn rounds(&self, weeds: usize) -> usize {
+        self.iterations + self.iterations * weeds / WEEDS
+    }
+
+    /// How far from the bar's middle weeds are planned to pass, metres.
+    fn reach_m(&self, site: &Site) -> f32 {
+        single((0.5 * site.deck_width_m - self.bar_margin_m).max(0.0))
+    }
 }
 
 /// The planner.
@@ -118,6 +142,14 @@ struct State {
     known: usize,
     /// Where the present straight began, and after how long a way.
     straight: Option<(Spot, f64)>,
+    /// Length of the first plan, metres.
+    sweep_m: f32,
+    /// How long the whole way will be without rows, metres, and how much of the ground was seen when that was found out.
+    expected: Option<(f32, f32)>,
+    /// The other way to do it, as long as it is one.
+    rows: Option<Rows>,
+    is_on_rows: bool,
+    is_on_first: bool,
 }
 
 impl Horizon {
@@ -125,6 +157,12 @@ impl Horizon {
     #[must_use]
     pub fn new(options: HorizonOptions) -> Self {
         Self { options, rng: rng::agent_rng(0), state: None }
+    }
+
+    /// How many plans it has made in this episode; those along rows, which take no thought, are not among them.
+    #[must_use]
+    pub fn plans(&self) -> u32 {
+        self.state.as_ref().map_or(0, |state| state.plans)
     }
 
     fn begin(view: &View, iterations: usize) -> State {
@@ -150,6 +188,8 @@ impl Horizon {
         plan.nodes = spots.into_iter().map(Node::view).collect();
         plan.measure_all();
         ground.forget_looks();
+        let sweep_m = plan.length_m();
+        let rows = Some(Rows::new(site, plan.ways, &start));
         State {
             ground,
             plan,
@@ -161,6 +201,11 @@ impl Horizon {
             fresh: Vec::new(),
             known: 0,
             straight: None,
+            sweep_m,
+            expected: None,
+            rows,
+            is_on_rows: false,
+            is_on_first: false,
         }
     }
 }
@@ -210,17 +255,21 @@ impl State {
     fn is_due(&mut self, view: &View) -> bool {
         let driven_m = view.path_m - self.planned_at_m;
         driven_m >= LATE_M
-            || (!self.fresh.is_empty() && driven_m >= SOON_M)
+            || (!self.fresh.is_empty() && driven_m >= SOON_M && !self.is_on_rows)
             || self.route.is_driven(view)
     }
 
     fn replan(&mut self, view: &View, options: &HorizonOptions, rng: &mut StreamRng) {
         let site = view.site;
         let until = Deadline::within(options.time_ms);
+        self.planned_at_m = view.path_m;
         let passed =
             self.passes_m.iter().take_while(|&&pass_m| pass_m <= view.path_m + ARRIVED_M).count();
         self.plan.nodes.drain(..passed);
         self.plan.start = Spot::from(view.pose);
+        if self.is_on_rows && self.follow_rows(view, passed, options) {
+            return;
+        }
         let is_settled = self.ground.open() == 0;
         self.plan.retain(|node| match node.weed {
             Some(weed) => view.known_weeds.holds(weed.number),
@@ -239,20 +288,17 @@ impl State {
         self.fresh.sort_by(|one, other| {
             (one.position - here).norm_squared().total_cmp(&(other.position - here).norm_squared())
         });
-        let reach_m = single((0.5 * site.deck_width_m - options.bar_margin_m).max(0.0));
+        let reach_m = options.reach_m(site);
         let is_new = !self.fresh.is_empty();
         for weed in self.fresh.drain(..) {
             self.plan.insert_weed(weed.number, weed.position, reach_m);
         }
         let weeds = planned.len();
-        let rounds = if is_new {
-            options.iterations + options.iterations * weeds / WEEDS
-        } else {
-            options.iterations / 3
-        };
+        let rounds = if is_new { options.rounds(weeds) } else { options.iterations / 3 };
         let size_m = (single(site.length_m), single(site.width_m));
         let looks =
             if self.plans.is_multiple_of(ALL_LOOKS_EVERY) { usize::MAX } else { NEXT_LOOKS };
+        self.plans += 1;
         let finish = |plan: &mut Plan, ground: &mut OpenGround, rng: &mut StreamRng| {
             if !is_settled {
                 Views { plan, ground, size_m }.mend(looks, options.iterations / MENDING, rng);
@@ -268,9 +314,69 @@ impl State {
                 self.plan = kept;
             }
         }
-        self.plans += 1;
-        self.planned_at_m = view.path_m;
+        if self.should_take_rows(view, options) {
+            self.is_on_rows = true;
+            self.plan.nodes.clear();
+            if self.follow_rows(view, 0, options) {
+                return;
+            }
+        }
         self.lay_route(view);
+    }
+
+    /// Whether rows are the better way to do the rest.
+    ///
+    /// Where it would not take far less than the boustrophedon path without them, rows are also taken before it is too late to
+    /// keep within it: to drive on until the next plan costs no more than the way there and back, and a turn.
+    fn should_take_rows(&mut self, view: &View, options: &HorizonOptions) -> bool {
+        let Some(rows) = &mut self.rows else { return false };
+        let (driven_m, bcp_m) = (single(view.path_m), single(view.site.bcp_length_m));
+        let planned_m = driven_m + self.plan.length_m();
+        let seen = self.ground.settled_share();
+        // Most that it may become: weeds in a small piece of ground take more than as many do in a large one.
+        let most_m = self.sweep_m + (planned_m - self.sweep_m) / seen.max(SEEN);
+        if most_m < FAR_BELOW * bcp_m {
+            return false;
+        }
+        rows.trim(&self.ground, view.known_weeds.iter(), &self.plan.start, false);
+        let rows_m = driven_m + rows.length_m(&self.plan.start);
+        let look_m = 2.0 * single(LATE_M) + DETOUR * single(view.site.turning_radius_m);
+        let is_last_chance = rows_m <= bcp_m && rows_m + look_m > bcp_m;
+        let limit_m = if is_last_chance { rows_m.min(SAFE * bcp_m) } else { rows_m };
+        if most_m < limit_m {
+            return false;
+        }
+        if seen > SEEN && self.expected.is_none_or(|(_, then)| seen > then + SEEN) {
+            let (plan, ground) = (&self.plan, &self.ground);
+            let left_m = outlook::length_m(plan, ground, self.next_number, options, view.site);
+            self.expected = Some((driven_m + left_m, seen));
+        }
+        let expected_m = self.expected.map_or(0.0, |(expected_m, _)| expected_m.min(most_m));
+        expected_m.max(planned_m) > limit_m
+    }
+
+    /// Drives on along the rows, of which so many ends were passed; false when nothing is left for them to show or mow.
+    fn follow_rows(&mut self, view: &View, passed: usize, options: &HorizonOptions) -> bool {
+        let Some(rows) = &mut self.rows else { return false };
+        let passed = passed + usize::from(self.is_on_first);
+        for _ in 0..passed / 2 {
+            rows.drive_first(&mut self.ground);
+        }
+        self.fresh.clear();
+        self.is_on_first =
+            rows.trim(&self.ground, view.known_weeds.iter(), &self.plan.start, passed % 2 == 1);
+        if self.ground.settled_share() > NEARLY_ALL || rows.are_driven() {
+            // From here on it is a plan like any other, to begin with in the order of the rows.
+            self.plan.nodes = rows.nodes(view.known_weeds.iter(), options.reach_m(view.site));
+            self.plan.measure_all();
+            self.is_on_rows = false;
+            self.rows = None;
+            return false;
+        }
+        let ends = rows.spots().into_iter().skip(usize::from(self.is_on_first));
+        self.plan.nodes = ends.map(Node::view).collect();
+        self.lay_route(view);
+        true
     }
 
     /// The way through the first nodes of the plan, as far as it may be driven before the next plan.

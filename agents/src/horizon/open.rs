@@ -13,6 +13,9 @@ const SPACING_M: f64 = 1.0;
 /// Way between two looks of the mower, metres: so much later than planned it may see something.
 const LATE_M: f32 = 0.2;
 
+/// How far a cell may reach over a border that it is to keep, metres: rounding.
+const BORDER_M: f32 = 1e-3;
+
 /// A border of a piece of ground in the mower's frame: inside, `at + ahead * a + left * l` is not negative.
 #[derive(Debug, Clone, Copy)]
 struct Border {
@@ -72,6 +75,45 @@ impl OpenGround {
         self.open
     }
 
+    /// The share of the ground that is not open.
+    pub(super) fn settled_share(&self) -> f32 {
+        1.0 - self.open as f32 / self.is_open.len() as f32
+    }
+
+    /// The centres of the open cells, metres.
+    pub(super) fn open_centres(&self) -> Vec<(f32, f32)> {
+        let open = (0..self.is_open.len()).filter(|&cell| self.is_open[cell] == 1);
+        open.map(|cell| self.centre(cell)).collect()
+    }
+
+    /// Calls `visit` for each row of cells with open ones: its lower and upper border, and from where to where it is open, metres.
+    pub(super) fn for_each_open_span(&self, mut visit: impl FnMut(f32, f32, f32, f32)) {
+        for (row, cells) in self.is_open.chunks_exact(self.columns).enumerate() {
+            let first = cells.iter().position(|&is_open| is_open == 1);
+            let last = cells.iter().rposition(|&is_open| is_open == 1);
+            if let (Some(first), Some(last)) = (first, last) {
+                let (low_m, from_m) = (row as f32 * self.cell_y_m, first as f32 * self.cell_x_m);
+                let to_m = (last + 1) as f32 * self.cell_x_m;
+                visit(low_m, low_m + self.cell_y_m, from_m, to_m);
+            }
+        }
+    }
+
+    /// Takes note that all is mowed between two lines along the pasture, metres.
+    pub(super) fn settle_band(&mut self, low_m: f32, high_m: f32) {
+        for row in 0..self.rows {
+            let (bottom_m, top_m) = (row as f32 * self.cell_y_m, (row + 1) as f32 * self.cell_y_m);
+            if bottom_m < low_m - BORDER_M || top_m > high_m + BORDER_M {
+                continue;
+            }
+            for cell in row * self.columns..(row + 1) * self.columns {
+                let was_open = std::mem::take(&mut self.is_open[cell]);
+                self.open -= usize::from(was_open);
+                self.missed -= usize::from(was_open & u16::from(self.looks[cell] == 0));
+            }
+        }
+    }
+
     /// Number of open cells that the plan will not show.
     pub(super) fn missed(&self) -> usize {
         self.missed
@@ -80,7 +122,10 @@ impl OpenGround {
     /// The centre of the `index`-th of the open cells that the plan will not show, metres.
     pub(super) fn missed_at(&self, index: usize) -> (f32, f32) {
         let is_missed = |cell: &usize| self.is_open[*cell] == 1 && self.looks[*cell] == 0;
-        let cell = (0..self.looks.len()).filter(is_missed).nth(index).expect("so many are missed");
+        self.centre((0..self.looks.len()).filter(is_missed).nth(index).expect("so many are missed"))
+    }
+
+    fn centre(&self, cell: usize) -> (f32, f32) {
         let (column, row) = (cell % self.columns, cell / self.columns);
         ((column as f32 + 0.5) * self.cell_x_m, (row as f32 + 0.5) * self.cell_y_m)
     }

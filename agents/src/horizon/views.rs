@@ -44,7 +44,7 @@ impl Views<'_> {
     pub(super) fn sweep(&mut self, sensor_width_m: f32, tries: usize, rng: &mut StreamRng) {
         let fitting = math::floor_index((self.size_m.1 / sensor_width_m).into()).max(1);
         let mut best: Option<Plan> = None;
-        for bands in [fitting, fitting, fitting, fitting + 1] {
+        for bands in [fitting, fitting, fitting + 1] {
             self.plan.nodes.clear();
             self.plan.measure_all();
             self.begin_sweep(bands);

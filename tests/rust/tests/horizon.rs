@@ -79,6 +79,25 @@ fn it_is_shorter_than_every_planner_of_the_paper_that_mows_everything() {
 }
 
 #[test]
+fn where_weeds_are_many_and_turns_wide_it_drives_rows_and_is_no_longer_than_the_boustrophedon_path()
+{
+    for overlay in [
+        "mower.turning_radius_m = 5.0\nweeds.count = 400",
+        "mower.turning_radius_m = 4.0\nweeds.count = 250\nweeds.distribution = 'gaussian'",
+        "mower.turning_radius_m = 5.0\npasture.width_m = 5.0\nweeds.count = 60",
+        "sensor.range_m = 3.0\nsensor.width_m = 2.0\nweeds.count = 400",
+    ] {
+        let scenario = scenario("cowbot-field", overlay);
+        for seed in 0..2 {
+            let summary = run("horizon:iterations=300", &scenario, seed);
+            let what = format!("{overlay}, seed {seed}");
+            assert_whole(&summary, &what);
+            assert!(summary.path_length_m <= summary.bcp_length_m, "{what}: {summary:?}");
+        }
+    }
+}
+
+#[test]
 fn a_mower_that_strays_within_its_margin_mows_everything_all_the_same() {
     // The tracker of `steer` leaves the planned path a little; it narrows the planner's deck by its own margin besides.
     let scenario = scenario("cowbot-field", "");

@@ -1,0 +1,1 @@
+"""Every agent on the same pastures, and how much longer its way is than that of `horizon`."""

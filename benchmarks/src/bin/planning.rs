@@ -1,0 +1,86 @@
+//! How long `horizon` thinks: the time of each plan and of whole episodes, with its own options; `make bench-planning` runs it.
+//!
+//! Times are those of the one thread that plans, as the system counts them, so that others who use the machine lengthen them little.
+//! The first episode of a process also makes the plan with which each episode on that pasture begins.
+
+use rustix::time::{ClockId, clock_gettime};
+use swath_agents::agent::{Agent, Decision};
+use swath_agents::horizon::{Horizon, HorizonOptions};
+use swath_agents::runner::run_agent;
+use swath_benchmarks::scenario;
+use swath_core::env::Env;
+use swath_core::view::View;
+
+/// Weeds on the pasture.
+const COUNTS: [u32; 6] = [40, 20, 80, 160, 320, 640];
+/// Instances, unless the command says how many.
+const INSTANCES: u64 = 3;
+
+/// An agent whose plans are timed.
+struct Timed {
+    horizon: Horizon,
+    plans_s: Vec<f64>,
+}
+
+impl Agent for Timed {
+    fn reset(&mut self, view: &View) {
+        self.horizon.reset(view);
+    }
+
+    fn act(&mut self, view: &View) -> Decision {
+        let (plans, began_s) = (self.horizon.plans(), now_s());
+        let decision = self.horizon.act(view);
+        if self.horizon.plans() > plans {
+            self.plans_s.push(now_s() - began_s);
+        }
+        decision
+    }
+}
+
+/// Time that this thread has run, seconds.
+fn now_s() -> f64 {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
+/// The value below which that share of sorted values lies.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let place = (share * sorted.len() as f64).ceil() as usize;
+    sorted[place.clamp(1, sorted.len()) - 1]
+}
+
+#[expect(clippy::print_stdout, reason = "this is a program")]
+fn main() {
+    let instances = std::env::args().nth(1);
+    let instances =
+        instances.map_or(INSTANCES, |text| text.parse().expect("a number of instances"));
+    println!(
+        "horizon, default options, 100 x 40 m, weeds spread evenly, instances 0 to {}",
+        instances - 1
+    );
+    println!(
+        "| weeds | plans an episode | median, ms | p99, ms | longest, ms | first episode, s | mean of the others, s |"
+    );
+    println!("| --- | --- | --- | --- | --- | --- | --- |");
+    for count in COUNTS {
+        let scenario = scenario(&format!("pasture.headland_m = inf\nweeds.count = {count}"));
+        let mut agent =
+            Timed { horizon: Horizon::new(HorizonOptions::default()), plans_s: Vec::new() };
+        let episodes_s: Vec<f64> = (0..instances)
+            .map(|seed| {
+                let began_s = now_s();
+                run_agent(&mut Env::new(&scenario), &mut agent, seed, None, |_| ());
+                now_s() - began_s
+            })
+            .collect();
+        let mut plans_s = agent.plans_s;
+        plans_s.sort_by(f64::total_cmp);
+        let [median, p99, longest] = [0.5, 0.99, 1.0].map(|share| 1e3 * quantile(&plans_s, share));
+        let plans = plans_s.len() as f64 / instances as f64;
+        let others = episodes_s[1..].iter().sum::<f64>() / (episodes_s.len() - 1).max(1) as f64;
+        println!(
+            "| {count} | {plans:.0} | {median:.1} | {p99:.1} | {longest:.1} | {:.2} | {others:.2} |",
+            episodes_s[0]
+        );
+    }
+}
