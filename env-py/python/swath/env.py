@@ -111,7 +111,7 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
     | 11, 12 | cosine and sine of the heading in which the mower arrives, from its own | -1 to 1 |
     | 13 | by how much the way of the search gets longer if this comes first, as a length | -1 to 1 |
     | 14 | share of the square around the end, two sensor ranges wide, that is unseen ground | 0 to 1 |
-    | 15 | from the end with one turn and a straight to the nearest other weed of the table, as a length; 1: none | 0 to 1 |
+    | 15 | from the end with a turn and a straight to the nearest other weed of the table, as a length | 0 to 1 |
     | 16 | share of the pasture's cells seen; the same in every row | 0 to 1 |
     | 17 | n / (n + 10) for n known weeds; the same in every row | 0 to 1 |
 
