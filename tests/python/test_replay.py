@@ -108,6 +108,13 @@ def test_episodes_of_other_weeds_are_refused():
         page_of(pair)
 
 
+@pytest.mark.parametrize(("name", "begins"), [("a.png", b"\x89PNG"), ("a.gif", b"GIF89a")])
+def test_the_suffix_says_what_is_written(call, name, begins):
+    status, out, _ = call("replay", "jump", "--scenario", "cowbot-field", "--seconds", 1, "--fps", 5, "--out", name)
+    assert (status, out.splitlines()[-1]) == (0, f"wrote {name}")
+    assert Path(name).read_bytes().startswith(begins)
+
+
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
@@ -13,13 +12,13 @@ from swath import _native
 from swath.episode import run_episode
 from swath.errors import ConfigError
 from swath.files import write_whole
+from swath.film import SUFFIXES, write_film
 from swath.progress import Progress
 from swath.replay import page_of
 
 __all__ = ["replay"]
 
 _PAGES = (".html", ".htm")
-_FILMS = (".gif", ".mp4", ".png", ".rrd")
 
 
 def replay(
@@ -53,8 +52,7 @@ def replay(
     if out.suffix.lower() in _PAGES:
         write_whole(out, page_of(episodes))
     else:
-        # Its libraries are an extra.
-        importlib.import_module("swath.film").write_film(episodes, out, fps=fps, seconds=seconds)
+        write_film(episodes, out, fps=fps, seconds=seconds)
     for episode in episodes:
         typer.echo(
             f"{episode.agent}: {episode.path_length_m:.0f} m, {100 * episode.path_fraction:.1f} % of the boustrophedon "
@@ -65,8 +63,8 @@ def replay(
 
 def _check(out: Path) -> None:
     """Refuses a file that cannot be written, before anything runs."""
-    if out.suffix.lower() not in (*_PAGES, *_FILMS):
-        text = f"`out` must end with .html, {', '.join(_FILMS)}, got {out}"
+    if out.suffix.lower() not in (*_PAGES, *SUFFIXES):
+        text = f"`out` must end with .html, {', '.join(SUFFIXES)}, got {out}"
         raise ConfigError(text)
     if out.is_dir() or not out.parent.is_dir():
         text = f"`out` must be a file in a folder that exists, got {out}"
