@@ -137,7 +137,7 @@ def test_the_numbers_at_the_end_are_those_of_the_episodes(page, replay):
         assert words[0].startswith(f"path {episode.path_length_m:.0f} m (")
         assert words[1:] == [
             f"weeds mowed {episode.weeds_mowed} of {episode.weeds_total}",
-            f"found {episode.weeds_detected}",
+            f"detected {episode.weeds_detected}",
             f"ground seen {100 * episode.seen_fraction:.0f} %",
             "done",
         ]

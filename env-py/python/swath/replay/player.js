@@ -77,14 +77,14 @@ class Player {
 
   legend() {
     const entries = [
-      ["weed not found yet", (context, colours) => glyphs.hidden(context, 13, 8, GLYPH_PX, colours)],
-      ["weed found", (context, colours) => glyphs.found(context, 13, 8, GLYPH_PX, colours)],
-      ["weed mowed", (context, colours) => glyphs.mowed(context, 13, 8, GLYPH_PX, colours)],
-      ["mower and deck", (context, colours) => {
+      ["weed, undetected", (context, colours) => glyphs.undetected(context, 13, 8, GLYPH_PX, colours)],
+      ["weed, detected", (context, colours) => glyphs.detected(context, 13, 8, GLYPH_PX, colours)],
+      ["weed, mowed", (context, colours) => glyphs.mowed(context, 13, 8, GLYPH_PX, colours)],
+      ["mower, deck", (context, colours) => {
         context.translate(10, 8);
         drawMowerShape(context, 7, colours);
       }],
-      ["what the sensor sees", (context, colours) => {
+      ["sensor", (context, colours) => {
         context.beginPath();
         context.moveTo(3, 8);
         context.lineTo(23, 1);
@@ -97,7 +97,7 @@ class Player {
         context.fillStyle = colours.sight;
         context.fill();
       }],
-      ["path and mowed strip", (context, colours) => {
+      ["path, mowed strip", (context, colours) => {
         context.fillStyle = colours.seen;
         context.fillRect(0, 0, 26, 16);
         context.fillStyle = colours.strip;
@@ -223,7 +223,7 @@ function statusOf(episode, pathM) {
   const parts = [
     `path ${counts.pathM.toFixed(0)} m (${percent.toFixed(0)} % of the boustrophedon path)`,
     `weeds mowed ${counts.mowed} of ${counts.weeds}`,
-    `found ${counts.detected}`,
+    `detected ${counts.detected}`,
     `ground seen ${counts.seenPercent.toFixed(0)} %`,
   ];
   parts.push(episode.isOver(pathM) ? OUTCOMES[episode.outcome] || episode.outcome : "driving");

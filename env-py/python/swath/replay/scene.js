@@ -19,7 +19,7 @@ function ticksOf(low, high, wanted) {
 // The colours of the page, light or dark.
 function coloursOf(element) {
   const style = getComputedStyle(element);
-  const names = ["ink", "muted", "paper", "outside", "unseen", "seen", "strip", "path", "hidden", "found", "mowed", "mower", "sight", "fence"];
+  const names = ["ink", "muted", "paper", "outside", "unseen", "seen", "strip", "path", "undetected", "detected", "mowed", "mower", "sight", "fence"];
   return Object.fromEntries(names.map((name) => [name, style.getPropertyValue(`--${name}`).trim()]));
 }
 
@@ -39,20 +39,21 @@ function fitted(canvas, widthPx, heightPx) {
 
 // What stands for a weed: each state has a colour and a shape of its own.
 const glyphs = {
-  hidden(context, x, y, size, colours) {
+  undetected(context, x, y, size, colours) {
     context.beginPath();
     context.arc(x, y, 0.62 * size, 0, 2 * Math.PI);
-    context.strokeStyle = colours.hidden;
+    context.strokeStyle = colours.undetected;
     context.lineWidth = 1.2;
     context.stroke();
   },
-  found(context, x, y, size, colours) {
+  detected(context, x, y, size, colours) {
     context.beginPath();
-    context.moveTo(x, y - 1.25 * size);
-    context.lineTo(x + 1.15 * size, y + 0.85 * size);
-    context.lineTo(x - 1.15 * size, y + 0.85 * size);
+    context.moveTo(x, y - 1.3 * size);
+    context.lineTo(x + 1.1 * size, y);
+    context.lineTo(x, y + 1.3 * size);
+    context.lineTo(x - 1.1 * size, y);
     context.closePath();
-    context.fillStyle = colours.found;
+    context.fillStyle = colours.detected;
     context.fill();
     context.strokeStyle = colours.paper;
     context.lineWidth = 0.8;
@@ -166,7 +167,7 @@ class Scene {
     const weeds = this.data.weeds;
     const size = weeds.length > 400 ? 0.7 * GLYPH_PX : GLYPH_PX;
     for (let weed = 0; 2 * weed < weeds.length; weed += 1) {
-      const state = episode.isWeedMowed(weed, pathM) ? "mowed" : episode.isWeedDetected(weed, pathM) ? "found" : "hidden";
+      const state = episode.isWeedMowed(weed, pathM) ? "mowed" : episode.isWeedDetected(weed, pathM) ? "detected" : "undetected";
       glyphs[state](context, x(weeds[2 * weed]), y(weeds[2 * weed + 1]), size, colours);
     }
   }
