@@ -2,9 +2,11 @@
 
 use swath_core::geometry::{Frame, Point};
 use tiny_skia::{
-    Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform,
+    BlendMode, Color, FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap,
+    PremultipliedColorU8, Stroke, Transform,
 };
 
+use crate::colours::Rgb;
 use crate::layout::Plot;
 
 /// A paint of one colour.
@@ -12,6 +14,66 @@ pub(crate) fn paint(colour: impl Into<Color>) -> Paint<'static> {
     let mut paint = Paint::default();
     paint.set_color(colour.into());
     paint
+}
+
+/// What lies where, as the coverage of its pixels: pieces that border on each other close without a seam, and what is
+/// covered twice is covered.
+#[derive(Debug, Clone)]
+pub(crate) struct Layer(Pixmap);
+
+impl Layer {
+    /// Nothing yet, on so many pixels.
+    pub(crate) fn new(width: u32, height: u32) -> Self {
+        Self(Pixmap::new(width, height).expect("a plot is not empty"))
+    }
+
+    /// Takes everything away.
+    pub(crate) fn clear(&mut self) {
+        self.0.fill(Color::TRANSPARENT);
+    }
+
+    /// Becomes what another one of the same size is.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.0.data_mut().copy_from_slice(other.0.data());
+    }
+
+    /// Adds a shape; where its parts overlap nothing is left out.
+    pub(crate) fn add(&mut self, path: Option<&Path>) {
+        let Some(path) = path else { return };
+        self.0.fill_path(path, &Self::paint(), FillRule::Winding, Transform::identity(), None);
+    }
+
+    /// Adds a line that ends where its last point is.
+    pub(crate) fn add_line(&mut self, path: Option<&Path>, width_px: f32) {
+        let Some(path) = path else { return };
+        let stroke = Stroke { width: width_px, line_join: LineJoin::Round, ..Stroke::default() };
+        self.0.stroke_path(path, &Self::paint(), &stroke, Transform::identity(), None);
+    }
+
+    /// Paints what is covered on an opaque pixmap of the same size.
+    pub(crate) fn lay(&self, pixmap: &mut Pixmap, colour: Rgb) {
+        for (below, above) in pixmap.pixels_mut().iter_mut().zip(self.0.pixels()) {
+            let (share, rest) = (u16::from(above.alpha()), u16::from(u8::MAX - above.alpha()));
+            if share == 0 {
+                continue;
+            }
+            let mix = |below: u8, above: u8| {
+                let sum = u16::from(below) * rest + u16::from(above) * share;
+                u8::try_from((sum + 127) / 255).expect("a mean of bytes is one")
+            };
+            let (red, green, blue) = (
+                mix(below.red(), colour.0),
+                mix(below.green(), colour.1),
+                mix(below.blue(), colour.2),
+            );
+            *below = PremultipliedColorU8::from_rgba(red, green, blue, u8::MAX)
+                .expect("opaque colours are premultiplied");
+        }
+    }
+
+    fn paint() -> Paint<'static> {
+        Paint { blend_mode: BlendMode::Plus, ..paint(Color::WHITE) }
+    }
 }
 
 /// Fills a shape; where its parts overlap nothing is left out.

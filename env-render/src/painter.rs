@@ -8,7 +8,7 @@ use tiny_skia::{Pixmap, PremultipliedColorU8};
 
 use crate::chrome::{Chrome, Status};
 use crate::colours::{FENCE, HEADLAND, MOWED_STRIP, PATH, Rgb, SEEN, UNSEEN};
-use crate::draw::{fill, line, rectangle, stroke, swath};
+use crate::draw::{Layer, line, rectangle, stroke, swath};
 use crate::layout::{Plot, Size, Window, single};
 use crate::marks::{Marks, State};
 use crate::mower;
@@ -68,10 +68,12 @@ struct Scene {
     marks: Marks,
     track: Track,
     ground: Ground,
-    strip: Pixmap,
-    path: Pixmap,
-    /// Where a plot is put together: memory that every picture works in.
+    /// Of the parts of the path that are complete.
+    strip: Layer,
+    path: Layer,
+    /// Memory that every picture works in: where a plot is put together, and a layer with what is not complete.
     canvas: Pixmap,
+    layer: Layer,
 }
 
 impl Scene {
@@ -82,10 +84,10 @@ impl Scene {
         let marks = Marks::new(single(0.45 * rough).clamp(2.8 * zoom, 4.2 * zoom));
         let chrome = Chrome::new(size, least, &marks, title);
         let track = Track::new(site.turning_radius_m, site.deck_width_m, least);
-        let layer = blank(&chrome.plot);
-        let ground = Ground::new(&chrome.plot, site);
+        let (ground, canvas) = (Ground::new(&chrome.plot, site), blank(&chrome.plot));
+        let layer = Layer::new(canvas.width(), canvas.height());
         let (strip, path) = (layer.clone(), layer.clone());
-        Self { size, least, chrome, marks, track, ground, strip, path, canvas: layer }
+        Self { size, least, chrome, marks, track, ground, strip, path, canvas, layer }
     }
 
     /// Takes over what has happened since the last picture.
@@ -98,19 +100,20 @@ impl Scene {
         let window = self.track.window();
         if window != self.chrome.plot.window {
             self.chrome = Chrome::new(self.size, window, &self.marks, title);
-            let layer = blank(&self.chrome.plot);
-            (self.strip, self.path, self.canvas) = (layer.clone(), layer.clone(), layer);
+            self.canvas = blank(&self.chrome.plot);
+            self.layer = Layer::new(self.canvas.width(), self.canvas.height());
+            (self.strip, self.path) = (self.layer.clone(), self.layer.clone());
             self.ground = Ground::new(&self.chrome.plot, site);
             self.track.rewind();
         } else if !goes_on {
-            self.strip.fill(tiny_skia::Color::TRANSPARENT);
-            self.path.fill(tiny_skia::Color::TRANSPARENT);
+            self.strip.clear();
+            self.path.clear();
             self.ground = Ground::new(&self.chrome.plot, site);
         }
         let plot = self.chrome.plot;
         while let Some(part) = self.track.next_part() {
-            draw_strip(&mut self.strip, &plot, part.iter().copied(), site);
-            draw_path(&mut self.path, &plot, part.iter().copied());
+            add_strip(&mut self.strip, &plot, part.iter().copied(), site);
+            add_path(&mut self.path, &plot, part.iter().copied());
         }
         self.ground.show(&plot, view.ground);
     }
@@ -118,13 +121,15 @@ impl Scene {
     fn paint(&mut self, env: &Env) -> Picture {
         let (view, site, plot) = (env.view(), env.site(), self.chrome.plot);
         let at = Frame::from(view.pose);
-        let canvas = &mut self.canvas;
+        let Self { canvas, layer, .. } = self;
         canvas.data_mut().copy_from_slice(self.ground.pixmap.data());
-        lay(canvas, &self.strip);
-        draw_strip(canvas, &plot, self.track.rest(), site);
+        layer.copy_from(&self.strip);
+        add_strip(layer, &plot, self.track.rest(), site);
+        layer.lay(canvas, MOWED_STRIP);
         draw_fence(canvas, &plot, site);
-        lay(canvas, &self.path);
-        draw_path(canvas, &plot, self.track.rest());
+        layer.copy_from(&self.path);
+        add_path(layer, &plot, self.track.rest());
+        layer.lay(canvas, PATH);
         if let Some(start) = self.track.start() {
             mower::start(canvas, plot.at(start.pose.position()), plot.zoom);
         }
@@ -205,18 +210,13 @@ impl Ground {
     }
 }
 
-fn draw_strip(
-    pixmap: &mut Pixmap,
-    plot: &Plot,
-    frames: impl IntoIterator<Item = Frame>,
-    site: &Site,
-) {
-    fill(pixmap, swath(plot, frames, site.deck_width_m).as_ref(), MOWED_STRIP);
+fn add_strip(layer: &mut Layer, plot: &Plot, frames: impl IntoIterator<Item = Frame>, site: &Site) {
+    layer.add(swath(plot, frames, site.deck_width_m).as_ref());
 }
 
-fn draw_path(pixmap: &mut Pixmap, plot: &Plot, frames: impl IntoIterator<Item = Frame>) {
+fn add_path(layer: &mut Layer, plot: &Plot, frames: impl IntoIterator<Item = Frame>) {
     let points = frames.into_iter().map(|frame| plot.at(frame.pose.position()));
-    stroke(pixmap, line(points).as_ref(), 1.3 * plot.zoom, PATH);
+    layer.add_line(line(points).as_ref(), 1.3 * plot.zoom);
 }
 
 fn draw_fence(pixmap: &mut Pixmap, plot: &Plot, site: &Site) {
@@ -224,35 +224,9 @@ fn draw_fence(pixmap: &mut Pixmap, plot: &Plot, site: &Site) {
     stroke(pixmap, rectangle(corners.0, corners.1).as_ref(), 1.2 * plot.zoom, FENCE);
 }
 
-/// A transparent layer over a plot.
+/// Pixels for a plot.
 fn blank(plot: &Plot) -> Pixmap {
     Pixmap::new(plot.area.width, plot.area.height).expect("a plot is not empty")
-}
-
-/// Lays a layer over an opaque one of the same size: mostly there is nothing, or something that hides what is below.
-fn lay(pixmap: &mut Pixmap, layer: &Pixmap) {
-    for (below, above) in pixmap.pixels_mut().iter_mut().zip(layer.pixels()) {
-        match above.alpha() {
-            0 => {}
-            u8::MAX => *below = *above,
-            alpha => {
-                let rest = u16::from(u8::MAX - alpha);
-                let mix = |below: u8, above: u8| above + part_of(below, rest);
-                let (red, green, blue) = (
-                    mix(below.red(), above.red()),
-                    mix(below.green(), above.green()),
-                    mix(below.blue(), above.blue()),
-                );
-                *below = PremultipliedColorU8::from_rgba(red, green, blue, u8::MAX)
-                    .expect("opaque colours are premultiplied");
-            }
-        }
-    }
-}
-
-/// So many 255ths of a byte.
-fn part_of(byte: u8, share: u16) -> u8 {
-    u8::try_from((u16::from(byte) * share) / 255).expect("a part is no more than the whole")
 }
 
 /// The pixels whose middles lie between two places.

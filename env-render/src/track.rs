@@ -103,19 +103,18 @@ impl Track {
         self.parts = 0;
     }
 
-    /// The next complete part that was not handed out yet. It begins with the last two points of the part before.
+    /// The next complete part that was not handed out yet. It begins with the last point of the part before.
     pub(crate) fn next_part(&mut self) -> Option<&[Frame]> {
         let (first, last) = (self.parts * PART, (self.parts + 1) * PART);
         if last >= self.points.len() {
             return None;
         }
         self.parts += 1;
-        Some(&self.points[first.saturating_sub(1)..=last])
+        Some(&self.points[first..=last])
     }
 
     /// What is left: less than a part, as far as the mower.
     pub(crate) fn rest(&self) -> impl Iterator<Item = Frame> {
-        let first = (self.parts * PART).saturating_sub(1);
-        self.points.iter().skip(first).copied().chain(self.end)
+        self.points.iter().skip(self.parts * PART).copied().chain(self.end)
     }
 }

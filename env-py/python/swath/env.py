@@ -290,7 +290,7 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
             self._show()
         return result
 
-    def render(self) -> npt.NDArray[np.uint8] | None:  # type: ignore[override] # Gymnasium leaves the type open
+    def render(self) -> npt.NDArray[np.uint8] | None:
         """Returns a picture of the environment as it stands.
 
         Returns:

@@ -60,8 +60,8 @@ def write_film(
     | `.mp4` | a film, H.264 | `swath[film]` |
     | `.rrd` | path, mower, weeds and numbers over the path length, for the Rerun viewer | `swath[rerun]` |
 
-    The episodes are driven once more, natively; undetected weeds are shown too. The same episodes give the same bytes
-    (`.rrd`: the same content).
+    The episodes are driven once more, natively; undetected weeds are shown too. The same episodes give the same bytes,
+    but for `.rrd`, which notes when it was written.
 
     Args:
         episodes: What `run_episode` returned: from 1 to 64, of one scenario and with the same weeds.
