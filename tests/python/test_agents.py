@@ -5,9 +5,12 @@ import numpy as np
 import pytest
 
 import swath
+from swath import _native
 
 ID = "swath/MowerRouting-v0"
 AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "horizon", "learned"]
+# Where rounding moves the mower by a hair, these may choose otherwise, and the rest of the way is another.
+CHOOSING = ["greedy", "horizon", "learned"]
 UNLIMITED = {"budget": float("inf")}
 
 
@@ -40,7 +43,7 @@ def driven(env, agent):
     return np.array(points), mowed, info
 
 
-@pytest.mark.parametrize("name", [name for name in AGENTS if name != "horizon"])
+@pytest.mark.parametrize("name", [name for name in AGENTS if name not in CHOOSING])
 @pytest.mark.parametrize("scenario", ["cowbot-field", "pasture"])
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_drive_follows_the_native_path_to_a_centimetre(name, scenario, seed):
@@ -61,9 +64,10 @@ def test_drive_follows_the_native_path_to_a_centimetre(name, scenario, seed):
         assert mowed == native.weeds_mowed
 
 
-def test_horizon_does_its_job_through_drive_where_rounding_makes_it_decide_otherwise():
-    native = swath.run_episode("horizon", scenario="cowbot-field", seed=0)
-    agent = swath.make_agent("horizon")
+@pytest.mark.parametrize("name", CHOOSING)
+def test_a_choosing_agent_does_its_job_through_drive_where_rounding_makes_it_decide_otherwise(name):
+    native = swath.run_episode(name, scenario="cowbot-field", seed=0)
+    agent = swath.make_agent(name)
     points, mowed, _ = driven(made_for(native, "drive"), agent)
     assert mowed == native.weeds_mowed == native.weeds_total
     # Both are far below the boustrophedon path, and a search that went another way is not much longer.
@@ -136,6 +140,16 @@ def test_actions_fit_the_action_space(name):
         assert action in env.action_space
 
 
+@pytest.mark.parametrize("name", ["clairvoyant", "clairvoyant:iterations=5"])
+def test_a_yardstick_that_is_told_the_weeds_acts_in_no_environment(name):
+    with pytest.raises(swath.ConfigError, match=r"`agent` must be an online agent .*, got `clairvoyant"):
+        swath.make_agent(name)
+    with pytest.raises(swath.ConfigError, match=r"`agent` must be an online agent .*, got `clairvoyant"):
+        _native.Crew(_native.AgentSpec(name), [])
+    # It runs where whole episodes do.
+    assert swath.run_episode(name, scenario="cowbot-field", seed=1).weeds_mowed == 14
+
+
 def test_options_are_keywords_or_part_of_the_name():
     assert swath.make_agent("bcp", spacing="sensor").label == swath.make_agent("bcp:spacing=sensor").label
 
@@ -152,6 +166,7 @@ def test_options_are_keywords_or_part_of_the_name():
         ("bcp", {"spacng": "deck"}, "`bcp.spacng` is not a known key; did you mean `bcp.spacing`?"),
         ("bcp", {"spacing": "wide"}, "`bcp.spacing` must be `deck` or `sensor`, got `wide`"),
         ("jump", {"spacing": "deck"}, "`jump.spacing` is not a known key"),
+        ("greedy", {"detour_m": -1}, "`greedy.detour_m` must be at least 0, got -1"),
         ("jump", {"seed": -1}, "`seed` must be a whole number from 0 to 18446744073709551615, got -1"),
     ],
 )

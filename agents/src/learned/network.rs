@@ -63,7 +63,9 @@ impl Dense {
 }
 
 fn rectified(mut numbers: Vec<f32>) -> Vec<f32> {
-    numbers.iter_mut().for_each(|number| *number = number.max(0.0));
+    for number in &mut numbers {
+        *number = number.max(0.0);
+    }
     numbers
 }
 
@@ -120,7 +122,9 @@ impl Network {
                 *most = most.max(number);
             }
         }
-        mean.iter_mut().for_each(|sum| *sum /= rows);
+        for sum in &mut mean {
+            *sum /= rows;
+        }
         let [first, second, last] = &self.score;
         let mut company = first.bias.clone();
         first.add(self.width, &mean, &mut company);
@@ -143,5 +147,38 @@ impl Network {
             }
         }
         best.1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_that_are_not_whole_are_refused() {
+        assert!(Network::read(WEIGHTS).is_some());
+        assert!(Network::read(&WEIGHTS[..WEIGHTS.len() - 4]).is_none());
+        assert!(Network::read(&WEIGHTS[..WEIGHTS.len() - 1]).is_none());
+        assert!(Network::read(&WEIGHTS[4..]).is_none());
+        let mut weights = WEIGHTS.to_vec();
+        weights[16..20].copy_from_slice(&f32::NAN.to_le_bytes());
+        assert!(Network::read(&weights).is_none());
+        assert!(Network::read(&[WEIGHTS, &[0; 4]].concat()).is_none());
+    }
+
+    /// Two columns and one unit a layer, worked out by hand.
+    #[test]
+    fn a_row_is_scored_by_itself_and_by_mean_and_maximum_of_all() {
+        let mut bytes = MAGIC.to_vec();
+        bytes.extend([2_u32, 1].iter().flat_map(|number| number.to_le_bytes()));
+        // Encoded: the sum of the columns, twice. Scored: 1 x the row + 10 x the mean + 100 x the maximum + 1, then unchanged.
+        let layers = [1.0, 1.0, 0.0, 2.0, 0.0, 1.0, 10.0, 100.0, 1.0, 1.0, 0.0, 1.0, 0.0_f32];
+        bytes.extend(layers.iter().flat_map(|number| number.to_le_bytes()));
+        let network = Network::read(&bytes).unwrap();
+        let scores = network.scores(&[1.0, 0.0, 0.0, 0.0, 1.0, 2.0]);
+        // Rows 2 and 6, mean 4, maximum 6; the empty one takes no part.
+        assert_eq!(scores, [643.0, f32::NEG_INFINITY, 647.0]);
+        assert_eq!(network.best(&[1.0, 0.0, 0.0, 0.0, 1.0, 2.0]), 2);
+        assert_eq!(network.best(&[1.0, 2.0, 0.0, 0.0, 2.0, 1.0]), 0);
     }
 }

@@ -50,7 +50,7 @@ const MANY_WEEDS: f64 = 10.0;
 /// | 10 | share of the whole budget that the way costs | 0 to 1 |
 /// | 11, 12 | cosine and sine of the heading in which the mower arrives, from its own | -1 to 1 |
 /// | 13 | by how much the way of the search gets longer if this comes first, as a length | -1 to 1 |
-/// | 14 | share of the square around the goal, two sensor ranges wide, that is unseen ground | 0 to 1 |
+/// | 14 | share of the square around the end of the way, two sensor ranges wide, that is unseen ground | 0 to 1 |
 /// | 15 | from its end with one turn and a straight to the nearest of the other weeds in the table, as a length; 1 if there is none | 0 to 1 |
 /// | 16 | share of the pasture that was seen; the same in every row | 0 to 1 |
 /// | 17 | number n of known weeds as n / (n + 10); the same in every row | 0 to 1 |

@@ -76,11 +76,11 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
     | `observation.kind` | space |
     |---|---|
     | `features` (default) | `Box((7 + 3k + r,), float32)`, between -1 and 1 (39 numbers) |
-    | `candidates` | `Box((11 K,), float32)`, between -1 and 1: K rows of 11, row by row (176 numbers) |
+    | `candidates` | `Box((18 K,), float32)`, between -1 and 1: K rows of 18, row by row (288 numbers) |
     | `maps` | `Box(0, 255, (12288,), uint8)`: 12 pictures of 32 x 32 points, picture by picture, row by row |
     | `dict` | `Dict` of `features`, `candidates`, `action_mask` (`MultiBinary(K)`, int8) and `maps` |
 
-    Every kind goes with every action kind. With `observation.flat = false` the tables have their shapes, (K, 11) and
+    Every kind goes with every action kind. With `observation.flat = false` the tables have their shapes, (K, 18) and
     (12, 32, 32); stable-baselines3 warns of both.
     A known weed is one that is detected and not yet mowed. No number has a unit: lengths are scaled as the tables say.
 
@@ -109,6 +109,12 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
     | 8 | length of the way, as a length | 0 to 1 |
     | 9 | share of what the sensor will show at its end that is unseen ground | 0 to 1 |
     | 10 | share of the whole budget that the way costs | 0 to 1 |
+    | 11, 12 | cosine and sine of the heading in which the mower arrives, from its own | -1 to 1 |
+    | 13 | by how much the way of the search gets longer if this comes first, as a length | -1 to 1 |
+    | 14 | share of the square around the end, two sensor ranges wide, that is unseen ground | 0 to 1 |
+    | 15 | from the end with a turn and a straight to the nearest other weed of the table, as a length | 0 to 1 |
+    | 16 | share of the pasture's cells seen; the same in every row | 0 to 1 |
+    | 17 | n / (n + 10) for n known weeds; the same in every row | 0 to 1 |
 
     `maps`: picture 3s + c is the channel c at the scale s, from fine to coarse.
     The mower is in the middle and looks up. A point's side is B/8 x 3^s, so with B = 2 m the
