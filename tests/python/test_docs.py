@@ -59,6 +59,7 @@ SMALLER = {
     r"\bepisodes=\d+": "episodes=2",
     r"--episodes \d+": "--episodes 2",
     r"\bswath train ([\w-]+)": r"swath train tiny/\1.toml",
+    r"write_film\((\w+), Path\(\"(\S+\.gif)\"\)\)": r'write_film(\1, Path("\2"), fps=5, seconds=1)',
     r"\bswath top\b": "swath top --once --every 0.1",
 }
 """What is written in a page, and what takes its place, so that it runs in seconds."""
