@@ -26,6 +26,10 @@ pub(crate) struct Film {
 impl Film {
     /// `episodes`: a title and the points of a path, (n, 4), each. `size`: width and height of one episode, in pixels.
     #[new]
+    #[expect(
+        clippy::needless_pass_by_value,
+        reason = "the form in which PyO3 hands arguments over"
+    )]
     fn new(
         scenario: &Scenario,
         weeds: &Bound<PyAny>,

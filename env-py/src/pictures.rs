@@ -66,6 +66,7 @@ pub(crate) fn image(py: Python<'_>, picture: Picture) -> PyResult<Image<'_>> {
 
 /// A picture (height, width, 3) as a PNG file.
 #[pyfunction]
+#[expect(clippy::needless_pass_by_value, reason = "the form in which PyO3 hands arguments over")]
 pub(crate) fn png<'py>(
     py: Python<'py>,
     image: PyReadonlyArray3<'py, u8>,

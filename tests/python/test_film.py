@@ -79,7 +79,7 @@ def test_a_recording_for_rerun_can_be_read(episodes, tmp_path):
     # The command keeps notes on its use at home.
     elsewhere = {**os.environ, "HOME": str(tmp_path), "XDG_CONFIG_HOME": str(tmp_path)}
     subprocess.run([*rerun, "verify", tmp_path / "race.rrd"], check=True, env=elsewhere)
-    command = [*rerun, "print", tmp_path / "race.rrd"]
+    command = [*rerun, "print", "-vvv", tmp_path / "race.rrd"]
     printed = subprocess.run(command, check=True, env=elsewhere, capture_output=True, text=True).stdout
     for name in ["snake", "jump", "weeds/mowed", "path_m"]:
         assert name in printed
