@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use numpy::{PyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use swath_agents::agent::{Agent as Planner, Decision};
@@ -155,7 +155,8 @@ impl Present {
 
 /// The places that the agent `learned` takes, each from a table of candidates: (n, K F) float32 to n places.
 #[pyfunction]
-pub(crate) fn learned_places(tables: PyReadonlyArray2<f32>) -> Result<Vec<usize>, Error> {
+pub(crate) fn learned_places(tables: &Bound<PyArray2<f32>>) -> Result<Vec<usize>, Error> {
+    let tables = tables.readonly();
     let (network, tables) = (Network::shipped(), tables.as_array());
     if tables.ncols() % network.columns() != 0 {
         let expected = format!("(n, K {}) numbers", network.columns());

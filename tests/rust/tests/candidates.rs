@@ -356,7 +356,10 @@ proptest! {
         let (pose, range_m) = (env.view().pose, env.site().sensor_range_m);
         let budget_m = scenario.episode.budget * env.site().bcp_length_m;
         let soft = |value_m: f64| value_m / (value_m.abs() + range_m);
-        for (row, numbers) in rows.iter().zip(table.chunks(11)) {
+        let search = rows.last().copied().flatten().unwrap();
+        let view = env.view();
+        let known = view.known_weeds.len() as f64;
+        for (row, numbers) in rows.iter().zip(table.chunks(18)) {
             let Some(candidate) = row else {
                 prop_assert!(numbers.iter().all(|&number| number == 0.0));
                 continue;
@@ -379,6 +382,28 @@ proptest! {
             for (number, value) in numbers.iter().zip(expected) {
                 prop_assert!(away_m < 1e-6 || (f64::from(*number) - value).abs() < 1e-5, "{:?} {:?}", numbers, expected);
             }
+            let end = candidate.way.end().pose;
+            let turned_rad = end.heading_rad - pose.heading_rad;
+            let onward = shortest(end, search.way.end().pose, view.site.turning_radius_m).unwrap();
+            let straight_m = way_m - search.way.length_m();
+            // Once no pass is left to search, the search is the nearest weed or a way to pass the time.
+            let is_direct = candidate.purpose == Purpose::Search || view.ground.unseen_count() == 0;
+            let detour_m = if is_direct { straight_m } else { straight_m + onward.length_m() };
+            let grid = view.ground.grid();
+            let mut unseen = 0;
+            for (column, row) in (0..grid.columns()).flat_map(|column| (0..grid.rows()).map(move |row| (column, row))) {
+                let from = grid.centre(column, row) - end.position();
+                unseen += u32::from(from.x.abs() < range_m && from.y.abs() < range_m && !view.ground.is_seen(column, row));
+            }
+            let (side_x_m, side_y_m) = grid.cell_m();
+            let around = f64::from(unseen) * side_x_m * side_y_m / (4.0 * range_m * range_m);
+            let near = |number: f32, value: f64| (f64::from(number) - value).abs() < 1e-5;
+            prop_assert!(near(numbers[11], turned_rad.cos()) && near(numbers[12], turned_rad.sin()), "{:?}", numbers);
+            prop_assert!(near(numbers[13], soft(detour_m)) || near(numbers[13], soft(straight_m)), "{:?}, {} m", numbers, detour_m);
+            // A cell whose centre lies on the square's border may count either way.
+            let border = 2.0 * (range_m / side_x_m + range_m / side_y_m + 2.0) * side_x_m * side_y_m / (4.0 * range_m * range_m);
+            prop_assert!((f64::from(numbers[14]) - around.min(1.0)).abs() < border, "{:?}, {}", numbers, around);
+            prop_assert!(near(numbers[16], view.ground.fraction()) && near(numbers[17], known / (known + 10.0)), "{:?}", numbers);
         }
     }
 

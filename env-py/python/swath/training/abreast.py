@@ -19,7 +19,7 @@ Indices = int | Iterable[int] | None
 """Which environments are meant; None: all."""
 
 
-class AbreastVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is read as untyped
+class AbreastVecEnv(VecEnv):
     """Several `VecEnv` with the same spaces, stepped one after another: the rows of the first come first."""
 
     def __init__(self, parts: Sequence[VecEnv]) -> None:
