@@ -292,8 +292,8 @@ valgrind: ## in CI: installs valgrind, which bench-count needs, from the system'
 	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends valgrind; }
 
 .PHONY: league
-league: build-release ## every agent on the same pastures: benchmarks/LEAGUE.md; goes on where it was stopped; QUICK=1 tries it, FEWER=2 halves it
-	python -m benchmarks.league $(if $(QUICK),--quick) $(if $(FEWER),--fewer $(FEWER))
+league: build-release ## every agent on the same pastures: benchmarks/LEAGUE.md; goes on where it was stopped; QUICK=1 tries it, FEWER=2 halves it, ONLY= names parts
+	python -m benchmarks.league $(if $(QUICK),--quick) $(if $(FEWER),--fewer $(FEWER)) $(if $(ONLY),--only $(ONLY))
 
 .PHONY: train-learned
 train-learned: build-release ## the agent learned: trains it, compiles it in, its curve and its contest; goes on where it was stopped
