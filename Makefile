@@ -318,8 +318,8 @@ browser: ## in CI: installs Chromium, which the tests of replays and reports ope
 	  || { apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium; }
 
 .PHONY: league
-league: build-release ## every agent on the same pastures: benchmarks/LEAGUE.md; goes on where it was stopped; QUICK=1 tries it, FEWER=2 halves it
-	python -m benchmarks.league $(if $(QUICK),--quick) $(if $(FEWER),--fewer $(FEWER))
+league: build-release ## every agent on the same pastures: benchmarks/LEAGUE.md; goes on where it was stopped; QUICK=1 tries it, FEWER=2 halves it, ONLY= names parts
+	python -m benchmarks.league $(if $(QUICK),--quick) $(if $(FEWER),--fewer $(FEWER)) $(if $(ONLY),--only $(ONLY))
 
 .PHONY: train-learned
 train-learned: build-release ## the agent learned: trains it, compiles it in, its curve and its contest; goes on where it was stopped

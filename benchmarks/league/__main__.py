@@ -25,13 +25,15 @@ def main() -> None:
     parser.add_argument("--to", type=Path, default=Path("benchmarks"), help="page and data (default: %(default)s)")
     parser.add_argument("--jobs", type=int, default=None, help="threads (default: all cores)")
     parser.add_argument("--fewer", type=int, default=1, help="divides the number of instances (default: %(default)s)")
+    parser.add_argument("--only", nargs="*", choices=[part.name for part in PARTS], help="some parts (default: all)")
     parser.add_argument("--quick", action="store_true", help="two cells and the field, page and data in --out")
     arguments = parser.parse_args()
 
     command = "make league" + (" QUICK=1" if arguments.quick else "")
     command += f" FEWER={arguments.fewer}" if arguments.fewer > 1 else ""
-    parts = QUICK if arguments.quick else PARTS
-    parts = tuple(replace(part, instances=max(2, part.instances // arguments.fewer)) for part in parts)
+    command += f" ONLY='{' '.join(arguments.only)}'" if arguments.only else ""
+    chosen = [part for part in (QUICK if arguments.quick else PARTS) if part.name in (arguments.only or [part.name])]
+    parts = [replace(part, instances=max(2, part.instances // arguments.fewer)) for part in chosen]
     facts = describe(command, {"swath": swath.__version__})
     began_s = time.monotonic()
     played = play(parts, arguments.out, arguments.jobs)

@@ -15,7 +15,7 @@ RIVALS = ("jump", "snake", "r-snake")
 """The planners of the paper that must be beaten."""
 
 _METHOD = """\
-Every agent that `swath agents` lists drives the same instances, seeds 0, 1, 2 ... of each cell, until it stops by itself.
+Every agent that `swath agents` lists drives the same instances, seeds 0, 1, 2 ... of each cell, until it stops.
 A figure is the mean way in % of the boustrophedon path with the same R and B (`bcp` is 100), ± half its 95 % interval.
 Behind a slash stand the weeds mowed in %, where it is not all of them in every episode.
 The second table of each part says how much longer the way is than that of `horizon` on the same instances, in points of
@@ -65,7 +65,7 @@ def headline(played: Sequence[Played], agents: dict[str, bool]) -> str:
             "" if agent == REFERENCE else f"{longer(played, agent)['mean']:+.1f}",
             f"{100 * mean([one.outcome == 'done' for one in own]):.1f}",
         ]
-        lines.append(f"| {named(agent, is_online)} | {' | '.join(figures)} |")
+        lines.append(f"| {named(agent, is_online=is_online)} | {' | '.join(figures)} |")
     return "\n".join([*lines, "", contest(played), ""])
 
 
@@ -116,7 +116,7 @@ def section(part: Part, played: Sequence[Played], agents: dict[str, bool]) -> st
     lines += [f"Longer than `{REFERENCE}`, points:", "", *table(difference, REFERENCE), ""]
     if part.name == "field":
         metres = [
-            f"{named(agent, agents[agent])} {mean([one.path_m for one in own if one.agent == agent]):.1f} m"
+            f"{named(agent, is_online=agents[agent])} {mean([one.path_m for one in own if one.agent == agent]):.1f} m"
             for agent in shown_agents
         ]
         lines += [f"Mean way: {', '.join(metres)}.", ""]
@@ -134,7 +134,7 @@ def key(one: Played) -> tuple[str, str, int]:
     return (one.part, one.cell, one.instance)
 
 
-def named(agent: str, is_online: bool) -> str:
+def named(agent: str, *, is_online: bool) -> str:
     """Returns a name as code, in italics if it is no online agent."""
     return f"`{agent}`" if is_online else f"*`{agent}`*"
 

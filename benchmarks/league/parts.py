@@ -99,7 +99,7 @@ def agents() -> dict[str, bool]:
 
 
 def play(parts: Sequence[Part], out: Path, jobs: int | None) -> list[Played]:
-    """Plays what is not in `out` yet; an agent that is new is all that is played then, unless the build is another one."""
+    """Plays what this build has not played yet, and returns all of it."""
     played: list[Played] = []
     for part in parts:
         for agent in agents():
