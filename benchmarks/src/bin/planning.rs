@@ -43,9 +43,9 @@ fn now_s() -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// The value below which that share of sorted values lies.
-fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = (share * sorted.len() as f64).ceil() as usize;
+/// The value below which so many per cent of sorted values lie.
+fn quantile(sorted: &[f64], percent: usize) -> f64 {
+    let place = (percent * sorted.len()).div_ceil(100);
     sorted[place.clamp(1, sorted.len()) - 1]
 }
 
@@ -75,7 +75,7 @@ fn main() {
             .collect();
         let mut plans_s = agent.plans_s;
         plans_s.sort_by(f64::total_cmp);
-        let [median, p99, longest] = [0.5, 0.99, 1.0].map(|share| 1e3 * quantile(&plans_s, share));
+        let [median, p99, longest] = [50, 99, 100].map(|percent| 1e3 * quantile(&plans_s, percent));
         let plans = plans_s.len() as f64 / instances as f64;
         let others = episodes_s[1..].iter().sum::<f64>() / (episodes_s.len() - 1).max(1) as f64;
         println!(
