@@ -24,6 +24,7 @@ __all__ = [
     "Scenario",
     "agents",
     "cells",
+    "learned_places",
     "parse_toml",
     "read_stats",
     "resolved",
