@@ -25,6 +25,7 @@ __all__ = [
     "Scenario",
     "agents",
     "cells",
+    "learned_places",
     "parse_toml",
     "png",
     "read_stats",
