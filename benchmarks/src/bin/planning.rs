@@ -45,7 +45,7 @@ fn now_s() -> f64 {
 
 /// The value below which that share of sorted values lies.
 fn quantile(sorted: &[f64], share: f64) -> f64 {
-    let place = (share * sorted.len() as f64).ceil() as usize;
+    let place = swath_core::math::floor_index((share * sorted.len() as f64).ceil());
     sorted[place.clamp(1, sorted.len()) - 1]
 }
 
