@@ -64,6 +64,8 @@ const NEARLY_ALL: f32 = 0.98;
 /// Below this share of the boustrophedon path nobody thinks of rows, and below this one nothing is taken for its sake.
 const FAR_BELOW: f32 = 0.6;
 const SAFE: f32 = 0.85;
+/// Rows shorter than this share of it leave room to look before the choice is made.
+const SHORT: f32 = 0.91;
 /// By how much a shortest path is longer than a straight at most, in turning radii: seven thirds of a full turn's half.
 const DETOUR: f32 = 7.34;
 
@@ -142,8 +144,9 @@ struct State {
     known: usize,
     /// Where the present straight began, and after how long a way.
     straight: Option<(Spot, f64)>,
-    /// Length of the first plan, metres.
+    /// Length of the first plan and of rows over everything, metres.
     sweep_m: f32,
+    rows_m: f32,
     /// How long the whole way will be without rows, metres, and how much of the ground was seen when that was found out.
     expected: Option<(f32, f32)>,
     /// The other way to do it, as long as it is one.
@@ -189,7 +192,7 @@ impl Horizon {
         plan.measure_all();
         ground.forget_looks();
         let sweep_m = plan.length_m();
-        let rows = Some(Rows::new(site, plan.ways, &start));
+        let rows = Rows::new(site, plan.ways, &start);
         State {
             ground,
             plan,
@@ -202,8 +205,9 @@ impl Horizon {
             known: 0,
             straight: None,
             sweep_m,
+            rows_m: rows.length_m(&start),
             expected: None,
-            rows,
+            rows: Some(rows),
             is_on_rows: false,
             is_on_first: false,
         }
@@ -341,7 +345,8 @@ impl State {
         rows.trim(&self.ground, view.known_weeds.iter(), &self.plan.start, false);
         let rows_m = driven_m + rows.length_m(&self.plan.start);
         let look_m = 2.0 * single(LATE_M) + DETOUR * single(view.site.turning_radius_m);
-        let is_last_chance = rows_m <= bcp_m && rows_m + look_m > bcp_m;
+        let is_last_chance =
+            self.rows_m < SHORT * bcp_m && rows_m <= bcp_m && rows_m + look_m > bcp_m;
         let limit_m = if is_last_chance { rows_m.min(SAFE * bcp_m) } else { rows_m };
         if most_m < limit_m {
             return false;
