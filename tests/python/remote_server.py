@@ -39,7 +39,7 @@ class Server:
 
     def start(self) -> None:
         command = [str(SERVER), "--listen", self.endpoint, "--name", self.name, *self.flags]
-        with open(self.log or os.devnull, "a") as log:
+        with (self.log or Path(os.devnull)).open("a") as log:
             self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
         assert self.process.stdout is not None
         line = self.process.stdout.readline()

@@ -208,7 +208,14 @@ def test_what_a_server_refuses_is_refused_as_it_is_here(server):
 
 @pytest.mark.parametrize(
     "endpoint",
-    ["http://127.0.0.1:7447", "tcp/127.0.0.1:7447/x", "tcp/127.0.0.1", "tcp/127.0.0.1:0", "tcp/::1:7447", "tcp/a:70000"],
+    [
+        "http://127.0.0.1:7447",
+        "tcp/127.0.0.1:7447/x",
+        "tcp/127.0.0.1",
+        "tcp/127.0.0.1:0",
+        "tcp/::1:7447",
+        "tcp/a:70000",
+    ],
 )
 def test_what_is_no_endpoint_is_refused_before_anybody_is_asked(server, endpoint):
     start_s = time.monotonic()

@@ -97,8 +97,9 @@ def make_vec_env(
     if connect is None:
         given = {"server": server, "attempt_s": attempt_s, "deadline_s": deadline_s, "client": client}
         given |= {"resume": resume, "hash_every": hash_every, "zenoh": zenoh}
+        usual = make_vec_env.__kwdefaults__ or {}
         for name, value in given.items():
-            if value != make_vec_env.__kwdefaults__[name]:
+            if value != usual[name]:
                 text = f"`{name}` must be left out without `connect`, got {value!r}"
                 raise ConfigError(text)
     check_render_mode(render_mode, ("rgb_array",) if connect is None else ())

@@ -54,8 +54,8 @@ def worker(
     command goes on where a stopped one ended. Folders of several machines are copied into one; there, one of the
     commands, given once more, joins them.
 
-    The rows of a scripted agent have the columns of `swath evaluate` and other numbers: there it drives its path itself,
-    here it steps an environment with actions that hold for one control period.
+    The rows of a scripted agent have the columns of `swath evaluate` and other numbers: there it drives its path
+    itself, here it steps an environment with actions that hold for one control period.
     """
     from swath import rollouts
 

@@ -125,11 +125,11 @@ class Watch:
                         self._links[endpoint, server] = Link(endpoint, server, timeout_s, zenoh)
                     except RemoteError as error:
                         errors[endpoint] = error
-            if errors and not self._links:
-                raise next(iter(errors.values()))
         except BaseException:
             self.close()
             raise
+        if errors and not self._links:
+            raise next(iter(errors.values()))
 
     def read(self) -> list[Reading]:
         """Asks all of them at the same time.
