@@ -46,8 +46,19 @@ pub enum FrontError {
 
 impl From<zenoh::Error> for FrontError {
     fn from(error: zenoh::Error) -> Self {
-        Self::Zenoh(error.to_string().lines().next().unwrap_or_default().to_owned())
+        Self::Zenoh(first_line(&error.to_string()))
     }
+}
+
+/// What went wrong, without where in Zenoh's own source that was.
+fn first_line(text: &str) -> String {
+    let mut parts = text.lines().next().unwrap_or_default().split(" at /");
+    let mut line = parts.next().unwrap_or_default().to_owned();
+    for place in parts {
+        let rest = place.split_once(".rs:").map_or("", |(_, rest)| rest);
+        line += rest.trim_start_matches(|digit: char| digit.is_ascii_digit() || digit == '.');
+    }
+    line
 }
 
 /// How long to look for another server of the same name.

@@ -8,7 +8,7 @@ use swath_core::config;
 use swath_wire::fault::Fault;
 use swath_wire::header::{Header, Verb};
 use swath_wire::hosted::ENV_ID;
-use swath_wire::message::EnvInfo;
+use swath_wire::message::{EnvInfo, SessionStats};
 use swath_wire::room::Room;
 use swath_wire::server::{QueryId, ServerOptions, ServerOutput, ServerSessions};
 use zenoh::query::Query;
@@ -216,13 +216,18 @@ impl Server {
             Err(fault) => {
                 tracing::info!(session, verb = done.verb.name(), %fault, "a request was refused");
             }
-            Ok(_) if done.verb == Verb::Open => tracing::info!(session, "opened"),
             Ok(done) => tracing::trace!(session, steps = done.steps, "answered"),
         }
         if let Some(hosted) = done.hosted {
             self.resting.insert(done.sid, Resting { hosted, worker: done.worker });
         }
         self.sessions.on_finished(now_ms, done.job, done.result);
+        if done.verb == Verb::Open
+            && let Some(stats) = self.sessions.stats_of(now_ms, done.sid)
+        {
+            let SessionStats { lease, client, envs, .. } = &stats;
+            tracing::info!(session = short(done.sid), lease, client, envs, "opened");
+        }
     }
 
     /// A session by the name that a query gives, if there is one: any other name may be made up.
@@ -247,8 +252,8 @@ impl Server {
                     self.post.discard(self.open_session(sid), query);
                 }
             }
-            ServerOutput::Free { sid } => {
-                tracing::info!(session = short(sid), "freed");
+            ServerOutput::Free { sid, lid, why } => {
+                tracing::info!(session = short(sid), lease = short(lid), why, "freed");
                 self.resting.remove(&sid);
             }
         }

@@ -202,6 +202,8 @@ fn open(
 mod tests {
     use std::sync::mpsc::{Receiver, sync_channel};
 
+    use swath_wire::hosted::ENV_ID;
+    use swath_wire::message::{AutoresetMode, Open};
     use swath_wire::room::Bounds;
     use swath_wire::server::JobId;
 
@@ -238,6 +240,47 @@ mod tests {
             done(&events, &mut workers);
         }
         assert_eq!((workers.free.len(), workers.waiting.len()), (3, 0));
+        workers.end();
+    }
+
+    #[test]
+    fn environments_go_back_to_the_worker_that_had_them_and_to_another_if_that_one_is_busy() {
+        let (events_in, events) = sync_channel(8);
+        let room = Room::new(Bounds::OF_SESSION, Bounds::OF_ALL);
+        let mut workers = Workers::start(3, Limits::default(), &room, &events_in);
+        let open = Open {
+            nonce: 1,
+            env_id: ENV_ID.to_owned(),
+            config: String::new(),
+            num_envs: 1,
+            autoreset: AutoresetMode::NextStep,
+            hash_every: 0,
+            infos: false,
+            snapshot: None,
+            percept: false,
+            client: String::new(),
+        };
+        let mut hosted =
+            Some(Box::new(Hosted::open_in(&open, &Limits::default(), &room, 1).unwrap()));
+        for (id, last, expected) in [(0, 1, 1), (1, 0, 0), (2, 1, 1), (3, 1, 1)] {
+            let resting = hosted.take().map(|hosted| Resting { hosted, worker: last });
+            workers.give(Task { resting, ..task(id) });
+            let done: Done = events.recv().unwrap();
+            assert_eq!(done.worker, expected);
+            workers.is_free(done.worker);
+            hosted = done.hosted;
+            assert!(hosted.is_some(), "a request that is refused loses no environments");
+        }
+        // Worker 1 is busy until its end is told.
+        workers.give(task(4));
+        let resting = hosted.map(|hosted| Resting { hosted, worker: 1 });
+        workers.give(Task { resting, ..task(5) });
+        let both: [Done; 2] = [events.recv().unwrap(), events.recv().unwrap()];
+        let worker_of = |id| both.iter().find(|done| done.job == JobId(id)).unwrap().worker;
+        assert_eq!((worker_of(4), worker_of(5)), (1, 0));
+        for done in both {
+            workers.is_free(done.worker);
+        }
         workers.end();
     }
 

@@ -16,7 +16,9 @@ use std::sync::Arc;
 use bytes::Bytes;
 
 use self::answers::{Answers, Asked};
-use self::session::{Run, Session, Tombstone, digest, no_session, session_of, shortest_life_ms};
+use self::session::{
+    Run, Session, Tombstone, digest, no_session, session_of, shortest_life_ms, why_ended,
+};
 use crate::codec;
 use crate::fault::{Fault, Loss};
 use crate::header::{Header, Kind, MAJOR, MINOR, Verb};
@@ -75,6 +77,10 @@ pub enum ServerOutput {
     Free {
         /// The session.
         sid: u128,
+        /// The name of its lease.
+        lid: u128,
+        /// Why, in words for logs.
+        why: &'static str,
     },
 }
 
@@ -208,7 +214,8 @@ impl ServerSessions {
                     (session.max_reply, session.last) = (0, None);
                     session.fault = Some(fault);
                     self.lost += 1;
-                    self.answers.outputs.push_back(ServerOutput::Free { sid });
+                    let (lid, why) = (session.lid, why_ended(Loss::Fault));
+                    self.answers.outputs.push_back(ServerOutput::Free { sid, lid, why });
                 }
             }
         }
@@ -255,14 +262,6 @@ impl ServerSessions {
     /// What the server does at present.
     #[must_use]
     pub fn stats(&self, now_ms: u64) -> StatsReply {
-        let open = |session: &Session| SessionStats {
-            lease: format!("{:032x}", session.lid)[..8].to_owned(),
-            client: session.client.clone(),
-            envs: session.envs,
-            steps: session.steps,
-            age_ms: now_ms.saturating_sub(session.opened_ms),
-            idle_ms: now_ms.saturating_sub(session.active_ms),
-        };
         StatsReply {
             uptime_ms: now_ms,
             sessions: u32::try_from(self.sessions.len()).unwrap_or(u32::MAX),
@@ -273,8 +272,14 @@ impl ServerSessions {
             faults: self.answers.faults,
             steps: self.steps,
             latency_us: self.answers.latency_us.clone(),
-            open: self.sessions.values().map(open).collect(),
+            open: self.sessions.values().map(|session| session.stats(now_ms)).collect(),
         }
+    }
+
+    /// What a session does at present, if there is one of this name.
+    #[must_use]
+    pub fn stats_of(&self, now_ms: u64, sid: u128) -> Option<SessionStats> {
+        self.sessions.get(&sid).map(|session| session.stats(now_ms))
     }
 
     /// Lets the sessions end: those without a job now, the others with their job. Opens are dropped from now on, so that a
@@ -410,7 +415,8 @@ impl ServerSessions {
         };
         if let Some(fault) = fault {
             self.answers.fault(now_ms, asked, &fault);
-            self.answers.outputs.push_back(ServerOutput::Free { sid });
+            let (lid, why) = (self.sessions[&sid].lid, "refused: no room for its replies");
+            self.answers.outputs.push_back(ServerOutput::Free { sid, lid, why });
             self.forget(sid);
             return;
         }
@@ -558,7 +564,8 @@ impl ServerSessions {
         };
         if session.fault.is_none() {
             self.lost += u64::from(loss != Loss::Closed);
-            self.answers.outputs.push_back(ServerOutput::Free { sid });
+            let (lid, why) = (session.lid, why_ended(loss));
+            self.answers.outputs.push_back(ServerOutput::Free { sid, lid, why });
         }
         let tombstone = Tombstone { nonce: session.nonce, loss, steps: session.steps };
         self.tombstones.insert(sid, tombstone);
@@ -571,9 +578,10 @@ impl ServerSessions {
 
     /// Ends a session without a job that nobody will ask about.
     fn abandon(&mut self, sid: u128) {
-        if self.sessions.get(&sid).is_some_and(|session| session.fault.is_none()) {
+        let session = self.sessions.get(&sid).filter(|session| session.fault.is_none());
+        if let Some(&Session { lid, .. }) = session {
             self.lost += 1;
-            self.answers.outputs.push_back(ServerOutput::Free { sid });
+            self.answers.outputs.push_back(ServerOutput::Free { sid, lid, why: "server ends" });
         }
         self.forget(sid);
     }

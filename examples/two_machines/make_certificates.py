@@ -6,7 +6,8 @@ Whoever listens has the addresses under which it is reached in its certificate, 
 them. The certificates of the others are good for connecting only, so that no client can pass for the router.
 
 Uses the program openssl. Meant for trying: whoever has the folder has every key, the authority's too.
-A folder that has an authority keeps it, so that a name can be added later.
+A folder that has an authority keeps it, so that a name can be added later. A name that is there already gets a new
+certificate and key in place of its old ones, which is said.
 """
 
 from __future__ import annotations
@@ -45,6 +46,9 @@ def main() -> int:
     if not (arguments.out / "ca.pem").exists():
         make_authority(arguments.out, arguments.days)
     listeners = dict(map(read_listener, arguments.listener))
+    for name in [*listeners, *arguments.names]:
+        if (arguments.out / f"{name}.key.pem").exists():
+            print(f"replaces {arguments.out / name}.pem and {arguments.out / name}.key.pem")
     for name, hosts in listeners.items():
         make_certificate(arguments.out, name, [*HERE, *hosts], arguments.days)
     for name in arguments.names:

@@ -141,7 +141,7 @@ impl Bench {
                 ServerOutput::Drop(query) => {
                     assert!(self.waiting.remove(&query), "a query is dropped once");
                 }
-                ServerOutput::Free { sid } => {
+                ServerOutput::Free { sid, .. } => {
                     self.hosted.remove(&sid);
                 }
             }

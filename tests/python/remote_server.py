@@ -30,15 +30,17 @@ def free_port() -> int:
 class Server:
     """A server process on a free port."""
 
-    def __init__(self, *flags: str, name: str = "default") -> None:
+    def __init__(self, *flags: str, name: str = "default", log: Path | None = None) -> None:
         self.name = name
+        self.log = log
         self.endpoint = f"tcp/127.0.0.1:{free_port()}"
         self.flags = flags
         self.start()
 
     def start(self) -> None:
         command = [str(SERVER), "--listen", self.endpoint, "--name", self.name, *self.flags]
-        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+        with (self.log or Path(os.devnull)).open("a") as log:
+            self.process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
         assert self.process.stdout is not None
         line = self.process.stdout.readline()
         assert line == f"swath-server ready: {self.endpoint} {self.name}\n", line

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import pickle
+import re
 import signal
 import subprocess
 import sys
@@ -196,8 +198,43 @@ def test_what_a_server_refuses_is_refused_as_it_is_here(server):
         swath.remote.make("swath/Ploughing-v0", connect=server.endpoint)
     with pytest.raises(swath.ConfigError, match="`connect` must be an endpoint"):
         swath.remote.make(ENV_ID, connect="localhost")
-    with pytest.raises(swath.ConfigError, match="`connect` must name from 1 to 1 servers"):
+    with pytest.raises(swath.ConfigError, match="`connect` must name 1 server for 1 environment, got"):
         swath.remote.make_vec(ENV_ID, 1, connect=[server.endpoint] * 2)
+    with pytest.raises(swath.ConfigError, match="`connect` must name from 1 to 2 servers, no more than environments"):
+        swath.remote.make_vec(ENV_ID, 2, connect=[server.endpoint] * 3)
+    with pytest.raises(swath.ConfigError, match="`connect` must be the endpoint of one server"):
+        swath.remote.make(ENV_ID, connect=[server.endpoint] * 2)
+
+
+@pytest.mark.parametrize(
+    "endpoint",
+    [
+        "http://127.0.0.1:7447",
+        "tcp/127.0.0.1:7447/x",
+        "tcp/127.0.0.1",
+        "tcp/127.0.0.1:0",
+        "tcp/::1:7447",
+        "tcp/a:70000",
+    ],
+)
+def test_what_is_no_endpoint_is_refused_before_anybody_is_asked(server, endpoint):
+    start_s = time.monotonic()
+    with pytest.raises(swath.ConfigError) as raised:
+        swath.remote.make_vec(ENV_ID, 2, connect=["tcp/127.0.0.1:1", endpoint])
+    assert str(raised.value) == f"`connect` must be an endpoint such as 'tcp/127.0.0.1:7447', got '{endpoint}'"
+    assert time.monotonic() - start_s < 1
+
+
+def test_environments_on_servers_are_neither_pickled_nor_driven_by_an_agent_here(server):
+    far = swath.remote.make(ENV_ID, connect=server.endpoint)
+    vector = swath.remote.make_vec(ENV_ID, 2, connect=server.endpoint)
+    for env in (far, vector):
+        with pytest.raises(TypeError, match="an environment on a server cannot be pickled: make it where it is used"):
+            pickle.dumps(env)
+    with pytest.raises(swath.ConfigError, match="got RemoteEnv; `swath worker` plays scripted agents on servers"):
+        swath.make_agent("snake").act(far)
+    far.close()
+    vector.close()
 
 
 def test_an_endpoint_where_nobody_listens_is_named_in_one_line():
@@ -246,7 +283,8 @@ def test_a_server_that_was_killed_is_named_and_its_successor_is_not_taken_for_it
     far = swath.remote.make_vec(ENV_ID, 2, connect=own_server.endpoint, attempt_s=0.3, deadline_s=1.5)
     far.reset(seed=0)
     own_server.end(signal.SIGKILL)
-    with pytest.raises(swath.RemoteTimeout):
+    gone = f"; no sign of `default` at {own_server.endpoint}: not running any more, or we are not authorised"
+    with pytest.raises(swath.RemoteTimeout, match=f"^no answer within .*{re.escape(gone)}$"):
         far.step(np.zeros((2, 1), np.float32))
     # Whether the step was made is not known, so no other one may follow.
     with pytest.raises(swath.RemoteError, match="retry"):
@@ -330,6 +368,55 @@ def test_a_process_ends_promptly_with_or_without_close(server, end):
         {end}
     """
     assert subprocess.run([sys.executable, "-c", textwrap.dedent(code)], timeout=20, check=False).returncode == 0
+
+
+def test_a_process_that_ends_closes_its_sessions_and_the_log_says_whose_and_why(tmp_path):
+    server = Server("--grace-ms", "500", log=tmp_path / "log")
+    code = f"""
+        import os, swath
+        env = swath.remote.make_vec("{ENV_ID}", 3, connect="{server.endpoint}", client="tractor")
+        if hasattr(os, "fork") and os.fork() == 0:
+            raise SystemExit(0)
+        elif hasattr(os, "fork"):
+            os.wait()
+        env.reset(seed=0)
+    """
+    try:
+        subprocess.run([sys.executable, "-c", textwrap.dedent(code)], timeout=20, check=True)
+        subprocess.run(
+            [sys.executable, "-c", textwrap.dedent(code) + "os.kill(os.getpid(), 9)"], timeout=20, check=False
+        )
+        end_s = time.monotonic() + 10
+        while len(said := re.findall(r"(opened|freed) (.*)", (tmp_path / "log").read_text())) < 4:
+            assert time.monotonic() < end_s, said
+            time.sleep(0.1)
+    finally:
+        server.end()
+    for (opened, first), (freed, last), why in [(*said[:2], "closed"), (*said[2:], "client gone")]:
+        of = re.fullmatch(r'session="(\w{8})" lease="(\w{8})" client="tractor" envs=3', first)
+        assert (opened, freed) == ("opened", "freed")
+        assert of is not None, first
+        assert last == f'session="{of[1]}" lease="{of[2]}" why="{why}"'
+
+
+def test_a_process_ends_within_moments_though_its_server_stands_still():
+    server = Server()
+    code = f"""
+        import os, signal, swath
+        envs = [swath.remote.make("{ENV_ID}", connect="{server.endpoint}") for _ in range(3)]
+        os.kill({server.process.pid}, signal.SIGSTOP)
+        print("over", flush=True)
+    """
+    try:
+        with subprocess.Popen([sys.executable, "-c", textwrap.dedent(code)], stdout=subprocess.PIPE) as client:
+            assert client.stdout is not None
+            assert client.stdout.readline() == b"over\n"
+            start_s = time.monotonic()
+            assert client.wait(15) == 0
+            assert time.monotonic() - start_s < 4
+    finally:
+        server.process.send_signal(signal.SIGCONT)
+        server.end(signal.SIGKILL)
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")

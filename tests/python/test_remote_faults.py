@@ -230,6 +230,11 @@ def test_an_argument_that_cannot_be_used_is_named_with_its_value(server, argumen
     assert len(str(raised.value).splitlines()) == 1
 
 
+def test_what_is_said_of_servers_without_naming_any_is_refused():
+    with pytest.raises(swath.ConfigError, match="`server` must be left out without `connect`, got 'south'"):
+        swath.sb3.make_vec_env(ENV_ID, 4, server="south")
+
+
 def test_threads_of_this_process_are_refused_where_servers_do_the_work(server):
     with pytest.raises(swath.ConfigError, match=r"`num_threads` must be left out with `connect`.* got 2"):
         swath.sb3.make_vec_env(ENV_ID, 4, connect=server.endpoint, num_threads=2)

@@ -90,6 +90,22 @@ def test_several_servers_are_asked_and_one_that_falls_silent_is_named():
         server.end()
 
 
+def test_a_server_that_is_down_at_the_start_is_shown_as_silent_until_it_comes(servers):
+    late = Server(name="late")
+    late.end()
+    watch = Watch([late.endpoint, servers[0].endpoint])
+    with pytest.raises(swath.RemoteError, match=f"no answer from `default` at {late.endpoint}"):
+        watch.read_all()
+    nobody, somebody = watch.read_some()
+    assert nobody == Reading(late.endpoint, "default")
+    assert somebody.stats is not None
+    late.name = "default"
+    late.start()
+    assert [reading.stats is None for reading in watch.read()] == [False, False]
+    watch.close()
+    late.end()
+
+
 def test_a_pace_is_not_made_up_from_two_starts_of_a_server():
     stats = {"boot_id": "a", "uptime_ms": 1000, "requests": 5, "steps": 100, "latency_us": [0, 5], "open": []}
     later = stats | {"uptime_ms": 3000, "requests": 15, "steps": 500, "latency_us": [0, 14, 0, 1]}

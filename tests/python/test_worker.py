@@ -451,8 +451,9 @@ def test_chance_plays_an_episode_as_its_seed_says_in_any_company(server, tmp_pat
 
 
 REFUSED = [
-    ({"policy": "snail"}, "`agent` must be "),
-    ({"policy": "no/model.zip"}, "`path` must be a model with `model.toml` beside it"),
+    ({"policy": "snail"}, "`policy` must be one of bcp, bcp-tsp, "),
+    ({"policy": "snake:bend=1"}, "`snake.bend` is not a known key"),
+    ({"policy": "no/model.zip"}, "`policy` must be a model with `model.toml` beside it, which `swath train` writes, "),
     ({"episodes": 0}, "`episodes` must be a whole number from 1 to 4294967296, got 0"),
     ({"seed": -1}, "`seed` must be a whole number from 0 to "),
     ({"num_envs": 0}, "`num_envs` must be a whole number from 1 to "),

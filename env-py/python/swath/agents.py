@@ -56,11 +56,18 @@ class Agent:
             over.
 
         Raises:
-            ConfigError: If the environment is not one of swath's, or its action is a choice: agents steer and drive.
+            ConfigError: If the environment is not one of swath's or lies on a server, where `swath worker` plays,
+                or its action is a choice: agents steer and drive.
             ActionError: If the environment has not been reset.
         """
         inner = env.unwrapped
         if not isinstance(inner, MowerRoutingEnv):
+            if type(inner).__module__.startswith("swath.remote."):
+                text = (
+                    "`env` must be an environment of this process, such as `gym.make` makes, "
+                    f"got {type(inner).__name__}; `swath worker` plays scripted agents on servers"
+                )
+                raise ConfigError(text)
             text = f"`env` must be a swath environment, got {type(inner).__name__}"
             raise ConfigError(text)
         return self._agent.act(inner.core)

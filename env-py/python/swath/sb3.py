@@ -66,7 +66,7 @@ def make_vec_env(
         render_size: Width and height of a picture of one environment, pixels.
         connect: The endpoint of a server, or a list of them, that hold the environments; see `swath.remote.make_vec`.
             None: this process holds them.
-        server: The name that the servers were started with; as this, the next ones are of use with `connect` only.
+        server: The name that the servers were started with; as this, the next ones are refused without `connect`.
         attempt_s: See `swath.remote.make`.
         deadline_s: See `swath.remote.make`.
         client: See `swath.remote.make`.
@@ -94,6 +94,14 @@ def make_vec_env(
             f"`num_threads` must be left out with `connect`, since servers have workers of their own, got {num_threads}"
         )
         raise ConfigError(text)
+    if connect is None:
+        given = {"server": server, "attempt_s": attempt_s, "deadline_s": deadline_s, "client": client}
+        given |= {"resume": resume, "hash_every": hash_every, "zenoh": zenoh}
+        usual = make_vec_env.__kwdefaults__ or {}
+        for name, value in given.items():
+            if value != usual[name]:
+                text = f"`{name}` must be left out without `connect`, got {value!r}"
+                raise ConfigError(text)
     check_render_mode(render_mode, ("rgb_array",) if connect is None else ())
     need("`swath.sb3`", "train", "stable_baselines3", "torch")
     from swath.vec_env import MowerRoutingVecEnv

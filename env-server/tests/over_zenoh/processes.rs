@@ -36,6 +36,7 @@ fn a_second_server_of_one_name_or_at_one_endpoint_does_not_start() {
     assert_eq!(refusal(&other), (Some(2), taken.to_owned()));
     let (status, text) = refusal(&["--name", "meadow", "--listen", &server.endpoint]);
     assert_eq!((status, text.lines().count()), (Some(2), 1), "{text}");
+    assert!(text.ends_with(")]\n") && !text.contains(".rs"), "{text}");
     let beside = Running::start(&["--name", "meadow", "--connect", &server.endpoint]);
     let mut client = Client::new(&beside.endpoint);
     client.server = "meadow".to_owned();

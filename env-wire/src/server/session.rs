@@ -8,7 +8,7 @@ use sha2::{Digest, Sha256};
 use super::answers::Asked;
 use crate::fault::{Fault, Loss};
 use crate::header::Verb;
-use crate::message::Limits;
+use crate::message::{Limits, SessionStats};
 
 /// A session from its open to its end.
 #[derive(Debug)]
@@ -58,6 +58,17 @@ pub(super) struct Tombstone {
 pub(super) type Digest32 = [u8; 32];
 
 impl Session {
+    pub(super) fn stats(&self, now_ms: u64) -> SessionStats {
+        SessionStats {
+            lease: format!("{:032x}", self.lid)[..8].to_owned(),
+            client: self.client.clone(),
+            envs: self.envs,
+            steps: self.steps,
+            age_ms: now_ms.saturating_sub(self.opened_ms),
+            idle_ms: now_ms.saturating_sub(self.active_ms),
+        }
+    }
+
     /// When it ends if nobody asks for anything any more, and why; not as long as it has a job.
     pub(super) fn end_ms(&self, limits: &Limits) -> Option<(u64, Loss)> {
         if self.run.is_some() {
@@ -96,6 +107,16 @@ pub(super) fn shortest_life_ms(limits: &Limits) -> u64 {
 pub(super) fn digest(message: &[u8]) -> Digest32 {
     // From the kind on: the numbers before it are compared as numbers.
     Sha256::digest(&message[48..]).into()
+}
+
+pub(super) fn why_ended(loss: Loss) -> &'static str {
+    match loss {
+        Loss::Unknown => "unknown",
+        Loss::Closed => "closed",
+        Loss::Lease => "client gone",
+        Loss::Idle => "client silent",
+        Loss::Fault => "environments failed",
+    }
 }
 
 pub(super) fn no_session(loss: Loss) -> Fault {

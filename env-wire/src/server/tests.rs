@@ -109,6 +109,11 @@ fn replied(query: u64, message: &[u8]) -> ServerOutput {
     ServerOutput::Reply { query: QueryId(query), message: Bytes::copy_from_slice(message) }
 }
 
+/// A bench draws the name of a lease right after that of its session.
+fn freed(sid: u128, why: &'static str) -> ServerOutput {
+    ServerOutput::Free { sid, lid: sid + 1, why }
+}
+
 /// The one fault that was said.
 fn fault(said: &[ServerOutput]) -> Fault {
     let [ServerOutput::Reply { message, .. }, ..] = said else { panic!("{said:?}") };
@@ -228,7 +233,10 @@ fn sessions_whose_replies_cannot_be_kept_are_not_opened() {
     let started = bench.ask(0, Verb::Open, &open(3, "{}"));
     let said = bench.finish(0, &started, Ok(done(b"opened")));
     assert_eq!(fault(&said), Fault::Capacity { used: 800, most: 1000 });
-    assert!(matches!(said[1..], [ServerOutput::Free { .. }]));
+    assert!(matches!(
+        said[1..],
+        [ServerOutput::Free { why: "refused: no room for its replies", .. }]
+    ));
     bench.ask(1, Verb::Close, &close(first));
     bench.opened(3);
 }
@@ -246,7 +254,7 @@ fn a_close_waits_for_the_run_and_is_answered_again() {
     )
     .unwrap();
     let said = bench.finish(3, &started, Ok(done(b"one")));
-    assert_eq!(said, [replied(2, b"one"), ServerOutput::Free { sid }, replied(4, &closed)]);
+    assert_eq!(said, [replied(2, b"one"), freed(sid, "closed"), replied(4, &closed)]);
     assert_eq!(bench.ask(4, Verb::Close, &close(sid)), [replied(5, &closed)]);
     assert_eq!(loss(&bench.ask(4, Verb::Step, &step(sid, 2, 5))), Loss::Closed as u64);
     assert_eq!(loss(&bench.ask(4, Verb::Open, &open(1, "{}"))), Loss::Closed as u64);
@@ -264,7 +272,7 @@ fn a_session_whose_environments_failed_can_only_be_closed() {
     let started = bench.ask(1, Verb::Step, &step(sid, 1, 5));
     let said = bench.finish(2, &started, Err(failed.clone()));
     assert_eq!(fault(&said), failed);
-    assert_eq!(said[1..], [ServerOutput::Free { sid }]);
+    assert_eq!(said[1..], [freed(sid, "environments failed")]);
     assert_eq!(fault(&bench.ask(3, Verb::Step, &step(sid, 1, 5))), failed);
     assert_eq!(fault(&bench.ask(3, Verb::Snapshot, &snapshot(sid, 0))), failed);
     let said = bench.ask(4, Verb::Close, &close(sid));
@@ -293,9 +301,9 @@ fn a_session_outlives_its_client_by_the_grace_and_its_silence_by_the_idle_time()
     assert_eq!(bench.outputs(450), [], "it has a job");
     bench.finish(450, &started, Ok(done(b"one")));
     assert_eq!(bench.outputs(549), []);
-    assert_eq!(bench.outputs(550), [ServerOutput::Free { sid: gone }]);
+    assert_eq!(bench.outputs(550), [freed(gone, "client gone")]);
     assert_eq!(loss(&bench.ask(551, Verb::Step, &step(gone, 2, 5))), Loss::Lease as u64);
-    assert_eq!(bench.outputs(1000), [ServerOutput::Free { sid: silent }]);
+    assert_eq!(bench.outputs(1000), [freed(silent, "client silent")]);
     assert_eq!(loss(&bench.ask(1001, Verb::Close, &close(silent))), Loss::Idle as u64);
     assert_eq!((bench.server.stats(1001).sessions, bench.server.stats(1001).lost), (0, 2));
 }
@@ -336,10 +344,10 @@ fn a_server_that_shuts_down_lets_jobs_end_and_opens_nothing() {
     let [idle, busy] = [bench.opened(1), bench.opened(2)];
     let started = bench.ask(1, Verb::Step, &step(busy, 1, 5));
     bench.server.shut_down(2);
-    assert_eq!(bench.outputs(2), [ServerOutput::Free { sid: idle }]);
+    assert_eq!(bench.outputs(2), [freed(idle, "server ends")]);
     assert_eq!(bench.ask(3, Verb::Open, &open(3, "{}")), [ServerOutput::Drop(QueryId(4))]);
     let said = bench.finish(4, &started, Ok(done(b"one")));
-    assert_eq!(said, [replied(3, b"one"), ServerOutput::Free { sid: busy }]);
+    assert_eq!(said, [replied(3, b"one"), freed(busy, "server ends")]);
     assert_eq!(bench.server.stats(4).sessions, 0);
 }
 

@@ -45,6 +45,8 @@ def top(
 ) -> None:
     """Watch servers: sessions, environments, steps per second, latency. Ctrl-C ends it.
 
+    A server that does not answer is shown as silent, until it does; if none answers at first, that is an error.
+
     Latency is from a request's arrival to its answer, by the server's clock of milliseconds, rounded up to a power of
     two; 50 and 99 in 100 requests of the time between two looks took no longer.
     """
@@ -68,8 +70,8 @@ def top(
 
 
 def _looks(watch: Watch, every_s: float, *, is_once: bool) -> Iterator[list[Reading]]:
-    """Yields what every look brings; at the first one every server has to answer."""
-    readings = watch.read_all()
+    """Yields what every look brings; at the first one some server has to answer."""
+    readings = watch.read_some()
     if not is_once:
         yield readings
     while True:

@@ -53,6 +53,9 @@ def worker(
     (one row an episode), summary.json (the statistics), scenario.toml (as resolved) and dataset (for Minari). The same
     command goes on where a stopped one ended. Folders of several machines are copied into one; there, one of the
     commands, given once more, joins them.
+
+    The rows of a scripted agent have the columns of `swath evaluate` and other numbers: there it drives its path
+    itself, here it steps an environment with actions that hold for one control period.
     """
     from swath import rollouts
 

@@ -57,7 +57,8 @@ def make(
         infos: Whether every step tells its infos. Without, they are empty but for what is said of an episode that ends,
             and, with the action kind `target`, which choices are open; a reply is then shorter.
         attempt_s: How long to wait for an answer before the same is asked again, seconds.
-        deadline_s: How long to go on asking, seconds.
+        deadline_s: How long to go on asking, seconds, before a `RemoteTimeout`; a second more may pass until it can say
+            why. Connecting is not part of it: where nobody listens, that is given up after 5 s.
         client: Who asks, for the server's logs.
         resume: Whether to go on when the server was started anew: from a snapshot that this process holds, with the
             requests since sent again and every reply compared with the one that there was. The server has to run with
@@ -79,6 +80,9 @@ def make(
     from swath.remote.batch import RemoteBatch
     from swath.remote.env import RemoteEnv
 
+    if not isinstance(connect, str):
+        text = f"`connect` must be the endpoint of one server, since one environment lies on one, got {connect!r}"
+        raise ConfigError(text)
     batch = RemoteBatch(
         _native.Scenario(scenario, **blocks),
         1,

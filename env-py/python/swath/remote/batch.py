@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import atexit
+import os
 import secrets
 import time
 import warnings
+import weakref
 from typing import TYPE_CHECKING
 
 from swath import _native
 from swath.errors import ConfigError, RemoteTimeout
 from swath.evaluation.study import whole
-from swath.remote.link import Link
+from swath.remote.link import Link, checked_endpoint
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -27,6 +30,10 @@ __all__ = ["RemoteBatch"]
 _MOST_HASH_EVERY = 2**32 - 1
 # Between two looks at servers of which some lag behind: the longer nothing has come, the longer.
 _SHORTEST_LOOK_S, _LONGEST_LOOK_S = 50e-6, 2e-3
+# How long ended sessions may take to be told, of one batch and at the end of the process of all together.
+_CLOSE_S = 1.0
+
+_open_batches: weakref.WeakSet[RemoteBatch] = weakref.WeakSet()
 
 Step: TypeAlias = "tuple[Any, npt.NDArray[np.float64], npt.NDArray[np.bool_], npt.NDArray[np.bool_], dict[str, object]]"
 FlatStep: TypeAlias = "tuple[Any, npt.NDArray[np.float32], npt.NDArray[np.bool_], list[dict[str, object]], list[int]]"
@@ -65,8 +72,13 @@ class RemoteBatch:
         """
         endpoints = [connect] if isinstance(connect, str) else list(connect)
         if not 1 <= len(endpoints) <= num_envs:
-            text = f"`connect` must name from 1 to {num_envs} servers, no more than environments, got {connect!r}"
+            some = "1 server for 1 environment"
+            if num_envs > 1:
+                some = f"from 1 to {num_envs} servers, no more than environments"
+            text = f"`connect` must name {some}, got {connect!r}"
             raise ConfigError(text)
+        for endpoint in endpoints:
+            checked_endpoint(endpoint)
         if percept and not infos:
             text = "`infos` must be True with `percept`: mowed weeds are counted from the reward, got False"
             raise ConfigError(text)
@@ -89,17 +101,20 @@ class RemoteBatch:
         # What was asked last of each server, if more answers may come.
         self._asked: dict[int, Answers] = {}
         self._finish: Callable[[], Any] = self._core.finish_open
+        # Servers of which nothing has come since they were asked last.
+        self._silent: set[int] = set()
+        self._is_open = False
+        self._pid = os.getpid()
         try:
             self._links += [Link(endpoint, server, attempt_s, zenoh) for endpoint in endpoints]
             nonces = [secrets.randbits(128) for _ in endpoints]
             self._call(self._core.begin_spec, self._core.finish_spec)
             self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client, percept), self._core.finish_open)
-        except BaseException as error:
-            text = f"{error}; {self._why_silent()}" if isinstance(error, RemoteTimeout) else ""
+        except BaseException:
             self.close()
-            if text:
-                raise RemoteTimeout(text) from None
             raise
+        self._is_open = True
+        _open_batches.add(self)
 
     @property
     def native(self) -> _native.RemoteBatch:
@@ -185,16 +200,22 @@ class RemoteBatch:
         """
         return self._call(self._core.retry, self._finish)
 
-    def close(self) -> None:
-        """Ends the sessions; a server that does not answer within a second is left alone."""
+    def close(self, most_s: float = _CLOSE_S) -> None:
+        """Ends the sessions; a server that does not answer within so many seconds is left alone."""
         if not self._links:
             return
+        _open_batches.discard(self)
         try:
-            self._call(self._core.begin_close, self._core.finish_close, most_s=1.0)
+            self._call(self._core.begin_close, self._core.finish_close, most_s=most_s)
         except Exception:
             pass
         finally:
             self._leave()
+
+    def __reduce__(self) -> str:
+        """Refuses to be pickled, and so does whatever holds it."""
+        text = "an environment on a server cannot be pickled: make it where it is used, or take a `snapshot`"
+        raise TypeError(text)
 
     def _leave(self) -> None:
         links, self._links = self._links, []
@@ -221,14 +242,21 @@ class RemoteBatch:
             self._can_resume = False
             text = f"`resume` holds no longer: a server refused a further snapshot: {self._core.gap}"
             warnings.warn(text, RuntimeWarning, stacklevel=4)
-        return finish()
+        try:
+            return finish()
+        except RemoteTimeout as error:
+            if most_s < float("inf"):
+                raise
+            text = f"{error}; {self._why_silent()}"
+            raise RemoteTimeout(text) from None
 
     def _why_silent(self) -> str:
-        """Says what may be wrong with a server that has never answered: who is refused by one gets silence."""
-        for link in self._links:
-            if not link.sees_server():
-                where = f"`{link.server}` at {link.endpoint}"
-                return f"no sign of {where}: not running, called otherwise, or we are not authorised"
+        """Says what may be wrong with servers that have not answered: who is refused by one gets silence."""
+        links = [self._links[part] for part in sorted(self._silent)]
+        for link, is_there in zip(links, [link.look() for link in links], strict=True):
+            if not is_there():
+                perhaps = "not running any more" if self._is_open else "not running, called otherwise"
+                return f"no sign of `{link.server}` at {link.endpoint}: {perhaps}, or we are not authorised"
         return "the server is running"
 
     def _hold_leases(self) -> None:
@@ -255,6 +283,7 @@ class RemoteBatch:
                     assert message is not None, "and bytes"
                     timeout_s = min(number / 1000, end_s - time.monotonic())
                     asked[part] = self._links[part].ask(verb, message, timeout_s)
+                    self._silent.add(part)
                 elif what == "wait":
                     wake_s.append(self._start_s + number / 1000)
                 else:
@@ -278,6 +307,7 @@ class RemoteBatch:
             if message is None:
                 self._core.on_timeout(part, self._now_ms())
             elif self._core.on_reply(part, self._now_ms(), message):
+                self._silent.discard(part)
                 # The network says later that there is no other answer, and if there is one, the next call is told.
                 self._asked[part] = answers
                 return True
@@ -289,6 +319,17 @@ class RemoteBatch:
         answers = self._asked.pop(part, None)
         for message in answers.late() if answers is not None else ():
             self._core.on_reply(part, self._now_ms(), message)
+
+
+def _close_all() -> None:
+    """Tells servers at the end of a process that nobody will come again; a forked child's parent still may."""
+    end_s = time.monotonic() + _CLOSE_S
+    for batch in list(_open_batches):
+        if batch._pid == os.getpid():
+            batch.close(max(0.0, end_s - time.monotonic()))
+
+
+atexit.register(_close_all)
 
 
 def _ms(field: str, seconds: float) -> int:

@@ -29,7 +29,10 @@ Observation: TypeAlias = "npt.NDArray[np.generic] | dict[str, npt.NDArray[np.gen
 
 
 class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
-    """A `MowerRoutingEnv`, which describes it, on a server; `swath.remote.make` makes it."""
+    """A `MowerRoutingEnv`, which describes it, on a server; `swath.remote.make` makes it.
+
+    It cannot be pickled: its session belongs to this process.
+    """
 
     metadata: dict[str, object] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
 
@@ -99,6 +102,10 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
         if self._batch is not None:
             self._batch.close()
             self._batch = None
+
+    def __reduce__(self) -> str | tuple[Any, ...]:
+        """Refuses to be pickled."""
+        return self._core.__reduce__()
 
 
 def _stepped(result: Any) -> tuple[Observation, float, bool, bool, dict[str, object]]:  # noqa: ANN401 - of a batch

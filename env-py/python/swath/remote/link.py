@@ -16,11 +16,11 @@ from swath.errors import ConfigError, RemoteError
 from swath.extras import need
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     import zenoh
 
-__all__ = ["Answers", "Link"]
+__all__ = ["Answers", "Link", "checked_endpoint"]
 
 _VERBS = ("spec", "open", "reset", "step", "snapshot", "restore", "close", "stats")
 _CONNECT_MS = 5000
@@ -28,6 +28,9 @@ _LOOK_S = 1.0
 # What is left of a deadline is never no time at all.
 _SHORTEST_S = 0.001
 _NAME = re.compile(r"[a-z0-9-]{1,64}")
+# As servers take them: without settings, which Zenoh would read behind `?` or `#`.
+_ENDPOINT = re.compile(r"(?:tcp|tls)/(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+):([0-9]{1,5})")
+_LARGEST_PORT = 65535
 # What is read from the network at a time: long replies come in pieces of 64 KiB.
 _READ_BYTES = 1 << 20
 # Larger than the largest message by far more than Zenoh adds.
@@ -69,9 +72,7 @@ class Link:
             raise RemoteError(text)
         import zenoh
 
-        if not isinstance(endpoint, str) or "/" not in endpoint:
-            text = f"`connect` must be an endpoint such as 'tcp/127.0.0.1:7447', got {endpoint!r}"
-            raise ConfigError(text)
+        checked_endpoint(endpoint)
         if not isinstance(server, str) or not _NAME.fullmatch(server):
             text = f"`server` must be 1 to 64 lower-case letters, digits and dashes, got {server!r}"
             raise ConfigError(text)
@@ -83,7 +84,9 @@ class Link:
         try:
             self._session: Any = zenoh.open(settings)
         except zenoh.ZError as error:
-            text = f"no server at {endpoint}: {_first_line(error)}"
+            # Whoever refuses a certificate says nothing to the other end.
+            perhaps = "; nobody listens there, or the certificates do not fit" if endpoint.startswith("tls/") else ""
+            text = f"no server at {endpoint}: {_first_line(error)}{perhaps}"
             raise RemoteError(text) from None
         prefix = f"swath/v1/{server}"
         self._how: dict[str, Any] = {
@@ -110,11 +113,11 @@ class Link:
         timeout_s = max(timeout_s, _SHORTEST_S)
         return Answers(self._session.get(key, payload=message, timeout=timeout_s, **self._how))
 
-    def sees_server(self) -> bool:
-        """Returns whether a server of the name shows that it is alive."""
+    def look(self) -> Callable[[], bool]:
+        """Looks for a server; what it returns waits, and tells whether one of the name shows that it is alive."""
         self._check_process()
         found = self._session.liveliness().get(f"{self._prefix}/alive/*", timeout=_LOOK_S)
-        return any(reply.ok is not None for reply in found)
+        return lambda: any(reply.ok is not None for reply in found)
 
     def hold(self, lease: str) -> None:
         """Shows the server that its client is there, until another lease, `close` or the end of the process."""
@@ -172,6 +175,19 @@ class Answers:
         return (message for message in self.arrived() if message is not None)
 
 
+def checked_endpoint(endpoint: object) -> tuple[str, int]:
+    """Returns the host and the port that an endpoint names.
+
+    Raises:
+        ConfigError: If it is none.
+    """
+    found = _ENDPOINT.fullmatch(endpoint) if isinstance(endpoint, str) else None
+    if found is None or not 1 <= int(found[2]) <= _LARGEST_PORT:
+        text = f"`connect` must be an endpoint such as 'tcp/127.0.0.1:7447', got {endpoint!r}"
+        raise ConfigError(text)
+    return found[1].strip("[]"), int(found[2])
+
+
 def _settings(zenoh: Any, endpoint: str, further: dict[str, object] | None) -> Any:  # noqa: ANN401 - it is imported late
     """Returns the settings of a client, with further ones laid over them."""
     if not (further is None or isinstance(further, dict)):
@@ -179,13 +195,7 @@ def _settings(zenoh: Any, endpoint: str, further: dict[str, object] | None) -> A
         raise ConfigError(text)
     settings = zenoh.Config()
     for path, value in _usual(endpoint).items():
-        try:
-            settings.insert_json5(path, json.dumps(value))
-        except zenoh.ZError:
-            if path != "connect/endpoints":
-                raise
-            text = f"`connect` must be an endpoint such as 'tcp/127.0.0.1:7447', got {endpoint!r}"
-            raise ConfigError(text) from None
+        settings.insert_json5(path, json.dumps(value))
     for path, value in (further or {}).items():
         try:
             settings.insert_json5(path, json.dumps(value))

@@ -8,6 +8,8 @@ from swath.remote.batch import RemoteBatch
 from swath.vector import MowerRoutingVectorEnv
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from gymnasium.vector import AutoresetMode
 
 __all__ = ["RemoteVectorEnv"]
@@ -41,7 +43,6 @@ class RemoteVectorEnv(MowerRoutingVectorEnv):
             batch.close()
         super().close_extras(**kwargs)
 
-    def __reduce__(self) -> str:
+    def __reduce__(self) -> str | tuple[Any, ...]:
         """Refuses to be pickled."""
-        text = "an environment on a server cannot be pickled: make it where it is used, or take a `snapshot`"
-        raise TypeError(text)
+        return self._core.__reduce__()

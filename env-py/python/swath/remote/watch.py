@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import socket
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from swath import _native
 from swath.errors import RemoteError
-from swath.remote.link import Link
+from swath.remote.link import Link, checked_endpoint
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -15,6 +16,10 @@ if TYPE_CHECKING:
     from swath.stats import SessionStats, Stats
 
 __all__ = ["Reading", "SessionReading", "Watch"]
+
+# How long somebody who listens may take to say so where nobody did before.
+_KNOCK_S = 0.25
+_CONNECT_MS = 500
 
 
 @dataclass(frozen=True)
@@ -93,7 +98,7 @@ class Watch:
         timeout_s: float = 2.0,
         zenoh: dict[str, object] | None = None,
     ) -> None:
-        """Connects to every endpoint, for each of the names.
+        """Connects to every endpoint, for each of the names; where nobody is, it is tried again with every look.
 
         Args:
             connect: Endpoints of servers or routers.
@@ -103,17 +108,28 @@ class Watch:
 
         Raises:
             ConfigError: If an argument cannot be used.
-            RemoteError: If there is nobody at an endpoint.
+            RemoteError: If there is nobody at any endpoint.
             ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
         """
-        self._links: list[Link] = []
-        self._before: dict[Link, Stats] = {}
+        self._places = [(endpoint, server) for endpoint in connect for server in servers]
+        self._links: dict[tuple[str, str], Link] = {}
+        self._before: dict[tuple[str, str], Stats] = {}
+        self._timeout_s, self._zenoh = timeout_s, zenoh
+        errors: dict[str, RemoteError] = {}
         try:
             for endpoint in connect:
-                self._links += [Link(endpoint, server, timeout_s, zenoh) for server in servers]
+                checked_endpoint(endpoint)
+            for endpoint, server in self._places:
+                if endpoint not in errors:
+                    try:
+                        self._links[endpoint, server] = Link(endpoint, server, timeout_s, zenoh)
+                    except RemoteError as error:
+                        errors[endpoint] = error
         except BaseException:
             self.close()
             raise
+        if errors and not self._links:
+            raise next(iter(errors.values()))
 
     def read(self) -> list[Reading]:
         """Asks all of them at the same time.
@@ -122,15 +138,27 @@ class Watch:
             RemoteError: If one answers with a fault, or in a way that this version does not know.
         """
         request = _native.stats_request()
-        asked = [(link, link.ask("stats", request)) for link in self._links]
+        for place in self._places:
+            if place not in self._links:
+                self._try_again(*place)
+        asked = {place: link.ask("stats", request) for place, link in self._links.items()}
         readings = []
-        for link, answers in asked:
-            message = next((message for message in answers if message is not None), None)
+        for place in self._places:
+            message = next((message for message in asked.get(place, ()) if message is not None), None)
             stats = None if message is None else _native.read_stats(message)
-            readings.append(Reading.of(link.endpoint, link.server, stats, self._before.get(link)))
+            readings.append(Reading.of(*place, stats, self._before.get(place)))
             if stats is not None:
-                self._before[link] = stats
+                self._before[place] = stats
         return readings
+
+    def _try_again(self, endpoint: str, server: str) -> None:
+        """Connects if somebody listens there by now; Zenoh itself would wait for seconds for somebody to come."""
+        try:
+            socket.create_connection(checked_endpoint(endpoint), _KNOCK_S).close()
+            zenoh = {**(self._zenoh or {}), "connect/timeout_ms": _CONNECT_MS}
+            self._links[endpoint, server] = Link(endpoint, server, self._timeout_s, zenoh)
+        except (OSError, RemoteError):
+            pass
 
     def read_all(self) -> list[Reading]:
         """Asks all of them, and wants all of them to answer.
@@ -141,17 +169,30 @@ class Watch:
         readings = self.read()
         for reading in readings:
             if reading.stats is None:
-                text = (
-                    f"no answer from `{reading.server}` at {reading.endpoint}: wrong name, not authorised, or stopped"
-                )
-                raise RemoteError(text)
+                raise _silence(reading)
+        return readings
+
+    def read_some(self) -> list[Reading]:
+        """Asks all of them, and wants one of them to answer.
+
+        Raises:
+            RemoteError: As `read`, and if none answers.
+        """
+        readings = self.read()
+        if readings and all(reading.stats is None for reading in readings):
+            raise _silence(readings[0])
         return readings
 
     def close(self) -> None:
         """Leaves; closing twice is fine."""
-        links, self._links = self._links, []
-        for link in links:
+        links, self._links = self._links, {}
+        for link in links.values():
             link.close()
+
+
+def _silence(reading: Reading) -> RemoteError:
+    text = f"no answer from `{reading.server}` at {reading.endpoint}: wrong name, not authorised, or stopped"
+    return RemoteError(text)
 
 
 def _percentile(counts: Sequence[int], percent: int) -> int | None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from swath import _native
 from swath.datasets.dataset import need_minari
-from swath.datasets.drivers import ScriptedDriver, driver_of, scenario_of
+from swath.datasets.drivers import RANDOM, ScriptedDriver, driver_of, scenario_of
 from swath.datasets.episodes import play
 from swath.errors import ConfigError, RemoteError
 from swath.evaluation.row import Row
@@ -116,6 +116,7 @@ def work(
         OSError: If `out` cannot be written to.
     """
     need_minari("a worker")
+    _check_policy(policy)
     resolved = _native.Scenario(scenario_of(policy) if scenario is None else scenario, **blocks)
     endpoints = [connect] if isinstance(connect, str) else list(connect)
     num_envs = whole("num_envs", num_envs, least=1, most=MOST_ENVS)
@@ -214,6 +215,25 @@ def _played(batch: RemoteBatch, driver: Driver, sweep: Sweep, wave: Sequence[int
             **episode.numbers,  # type: ignore[arg-type] # each number is of its kind
         )
         yield row, episode
+
+
+def _check_policy(policy: str) -> None:
+    """Refuses what is nobody who could play."""
+    if policy.endswith(".zip"):
+        model = Path(policy)
+        beside = model.with_suffix(".toml")
+        for file in (model, beside):
+            if not file.is_file():
+                text = (
+                    f"`policy` must be a model with `{beside.name}` beside it, which `swath train` writes,"
+                    f" but there is no file {file}"
+                )
+                raise ConfigError(text)
+        return
+    names = [*(name for name, *_, acts in _native.agents() if acts), RANDOM]
+    if policy.partition(":")[0] not in names:
+        text = f"`policy` must be one of {', '.join(names)}, or the .zip of a trained model, got `{policy}`"
+        raise ConfigError(text)
 
 
 def _model_of(policy: str) -> str | None:

@@ -123,7 +123,7 @@ impl World {
                     let to = server.queries.remove(&query).expect("answered once");
                     self.at(1, Event::ToClient { to, message: None });
                 }
-                ServerOutput::Free { sid } => {
+                ServerOutput::Free { sid, .. } => {
                     server.envs.remove(&sid).expect("freed once");
                     self.tally.freed += 1;
                 }
