@@ -248,7 +248,7 @@ docs-tools: tools
 SITE = NO_MKDOCS_2_WARNING=1 SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct 2>/dev/null || echo 0) python -m mkdocs
 
 .PHONY: ci
-ci: lint test test-gymnasium-oldest bench-count docs demo ## everything that .ci/run checks, up to the first failure
+ci: lint browser test test-gymnasium-oldest bench-count docs demo ## everything that .ci/run checks, up to the first failure
 
 # Figures
 

@@ -21,7 +21,7 @@ Behind a slash stand the weeds mowed in %, where it is not all of them in every 
 The second table of each part says how much longer the way is than that of `horizon` on the same instances, in points of
 that per cent: mean ± half the 95 % interval of the paired difference.
 An agent in italics is a yardstick: it is told where the weeds stand, which no mower can know.
-Episodes are few where they are slow, which the intervals show; with 3 or 4 of them an interval is wide.
+Episodes are few where they are slow, which the intervals show: with two of them it is very wide.
 Every episode is in `LEAGUE.csv` beside this page.
 """
 

@@ -74,7 +74,7 @@ impl Replay {
             let [_, _, before_rad, before_m] = self.points[self.passed - 1];
             let driven_m = first_m + self.env.view().path_m;
             let goal_m = next_m.min(path_m);
-            if goal_m > driven_m {
+            if goal_m > driven_m && next_m > before_m {
                 let curvature_per_m = wrap_to_pi(heading_rad - before_rad) / (next_m - before_m);
                 let command = Command {
                     curvature_per_m: curvature_per_m.clamp(-largest_per_m, largest_per_m),

@@ -34,6 +34,7 @@ ROOT = Path(__file__).parents[2]
 FILE_PAGES = {
     "agents/learned/README.md": "agents/trained.md",
     "benchmarks/FAULTS.md": "figures/faults.md",
+    "benchmarks/LEAGUE.md": "figures/league.md",
     "benchmarks/REMOTE.md": "figures/remote.md",
     "benchmarks/RESULTS.md": "figures/speed.md",
     "examples/two_machines/README.md": "remote/two-machines.md",

@@ -69,8 +69,15 @@ const SHORT: f32 = 0.91;
 /// By how much a shortest path is longer than a straight at most, in turning radii: seven thirds of a full turn's half.
 const DETOUR: f32 = 7.34;
 
-/// The first plans that were made in this process, by the pasture, the mower and where it begins.
-static SWEEPS: LazyLock<Mutex<HashMap<String, Vec<Spot>>>> = LazyLock::new(Mutex::default);
+/// What an episode begins with that knows of no weed yet.
+#[derive(Debug, Clone)]
+struct First {
+    sweep: Vec<Spot>,
+    rows: Rows,
+}
+
+/// Those that were made in this process, by the pasture, the mower and where it begins.
+static FIRST: LazyLock<Mutex<HashMap<String, First>>> = LazyLock::new(Mutex::default);
 
 /// Options of `horizon`.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
@@ -176,23 +183,23 @@ impl Horizon {
         let size_m = (single(site.length_m), single(site.width_m));
         // The same for every episode that begins there.
         let key = format!("{site:?} {:?} {iterations}", view.pose);
-        let known = SWEEPS.lock().expect("nobody panics with it").get(&key).cloned();
-        let spots = known.unwrap_or_else(|| {
+        let known = FIRST.lock().expect("nobody panics with it").get(&key).cloned();
+        let First { sweep, rows } = known.unwrap_or_else(|| {
             let mut rng = rng::agent_rng(1);
             Views { plan: &mut plan, ground: &mut ground, size_m }.sweep(
                 single(site.sensor_width_m),
                 SWEEP * iterations,
                 &mut rng,
             );
-            let spots: Vec<Spot> = plan.nodes.iter().map(|node| node.spot).collect();
-            SWEEPS.lock().expect("nobody panics with it").insert(key, spots.clone());
-            spots
+            let sweep = plan.nodes.iter().map(|node| node.spot).collect();
+            let first = First { sweep, rows: Rows::new(site, plan.ways, &start) };
+            FIRST.lock().expect("nobody panics with it").insert(key, first.clone());
+            first
         });
-        plan.nodes = spots.into_iter().map(Node::view).collect();
+        plan.nodes = sweep.into_iter().map(Node::view).collect();
         plan.measure_all();
         ground.forget_looks();
         let sweep_m = plan.length_m();
-        let rows = Rows::new(site, plan.ways, &start);
         State {
             ground,
             plan,
@@ -318,7 +325,7 @@ impl State {
                 self.plan = kept;
             }
         }
-        if self.should_take_rows(view, options) {
+        if self.should_take_rows(view, until, options) {
             self.is_on_rows = true;
             self.plan.nodes.clear();
             if self.follow_rows(view, 0, options) {
@@ -332,7 +339,12 @@ impl State {
     ///
     /// Where it would not take far less than the boustrophedon path without them, rows are also taken before it is too late to
     /// keep within it: to drive on until the next plan costs no more than the way there and back, and a turn.
-    fn should_take_rows(&mut self, view: &View, options: &HorizonOptions) -> bool {
+    fn should_take_rows(
+        &mut self,
+        view: &View,
+        until: Option<Deadline>,
+        options: &HorizonOptions,
+    ) -> bool {
         let Some(rows) = &mut self.rows else { return false };
         let (driven_m, bcp_m) = (single(view.path_m), single(view.site.bcp_length_m));
         let planned_m = driven_m + self.plan.length_m();
@@ -353,7 +365,8 @@ impl State {
         }
         if seen > SEEN && self.expected.is_none_or(|(_, then)| seen > then + SEEN) {
             let (plan, ground) = (&self.plan, &self.ground);
-            let left_m = outlook::length_m(plan, ground, self.next_number, options, view.site);
+            let left_m =
+                outlook::length_m(plan, ground, self.next_number, until, options, view.site);
             self.expected = Some((driven_m + left_m, seen));
         }
         let expected_m = self.expected.map_or(0.0, |(expected_m, _)| expected_m.min(most_m));

@@ -6,6 +6,7 @@ use swath_core::site::Site;
 
 use super::HorizonOptions;
 use super::anneal::anneal;
+use super::deadline::Deadline;
 use super::open::OpenGround;
 use super::plan::Plan;
 
@@ -19,6 +20,7 @@ pub(super) fn length_m(
     plan: &Plan,
     ground: &OpenGround,
     detected: u32,
+    until: Option<Deadline>,
     options: &HorizonOptions,
     site: &Site,
 ) -> f32 {
@@ -34,6 +36,6 @@ pub(super) fn length_m(
         plan.insert_weed(number, Point::new(x_m.into(), y_m.into()), options.reach_m(site));
     }
     let rounds = options.rounds(plan.nodes.len());
-    anneal(&mut plan, options.reach_m(site), rounds, None, &mut rng);
+    anneal(&mut plan, options.reach_m(site), rounds, until, &mut rng);
     REMAINS * plan.length_m()
 }

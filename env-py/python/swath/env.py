@@ -311,7 +311,7 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
             gym.logger.warn("`render` returns nothing: the environment was made without a `render_mode`")
             return None
         if self._screen is not None:
-            self._show()
+            self._screen.show(self.core.render(), waits=False)
             return None
         return self.core.render()
 

@@ -51,8 +51,8 @@ class Screen:
         self._title = title
         self._is_open = False
 
-    def show(self, image: Image) -> None:
-        """Shows a picture (height, width, 3), not before it is its turn at `RENDER_FPS`."""
+    def show(self, image: Image, *, waits: bool = True) -> None:
+        """Shows a picture (height, width, 3); with `waits` the next one is shown at `RENDER_FPS`."""
         import pygame
 
         if not self._is_open:
@@ -65,7 +65,12 @@ class Screen:
         pygame.event.pump()
         self._window.blit(pygame.image.frombuffer(image.tobytes(), (image.shape[1], image.shape[0]), "RGB"), (0, 0))
         pygame.display.flip()
-        self._clock.tick(RENDER_FPS)
+        if waits:
+            self._clock.tick(RENDER_FPS)
+
+    def __getstate__(self) -> dict[str, object]:
+        """Returns what a copy begins with: it opens a window of its own."""
+        return {"_title": self._title, "_is_open": False}
 
     def close(self) -> None:
         """Closes the window; closing twice is fine."""

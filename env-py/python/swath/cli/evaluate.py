@@ -55,8 +55,14 @@ def evaluate(
         raise Stopped(f"stopped: {kept}") from None  # noqa: TRY003
     typer.echo(results.json() if as_json else results.table(), nl=False)
     if out is not None:
-        given = {"--only": only, "--jobs": jobs, "--backend": backend, "--versus": versus, "--out": out}
+        given = {"--only": only, "--jobs": jobs, "--backend": backend, "--versus": versus}
         options = [str(part) for name, value in given.items() if value is not None for part in (name, value)]
         always = ["--agents", agents, "--instances", str(instances), "--seed", str(seed)]
-        write_whole(out / "origin.json", origin(["swath", "evaluate", *scenario, *always, *options]))
+        command = ["swath", "evaluate", *(_shown(name) for name in scenario), *always, *options]
+        write_whole(out / "origin.json", origin(command))
         typer.echo(f"wrote {out / 'episodes.csv'} and {out / 'summary.json'}", err=as_json)
+
+
+def _shown(scenario: str) -> str:
+    """Returns a scenario as results name it: a file of another place by its name alone."""
+    return Path(scenario).name if Path(scenario).is_absolute() else scenario

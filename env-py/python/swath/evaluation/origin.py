@@ -20,7 +20,7 @@ def origin(command: Sequence[str]) -> str:
         command: The command with its arguments.
 
     Returns:
-        The command as a shell takes it, version and hash of the compiled module, versions of Python and of the system,
+        The command as a shell takes it, version and hash of the compiled module, version of Python, the system,
         kind of processor and number of cores.
     """
     about = {
@@ -28,7 +28,7 @@ def origin(command: Sequence[str]) -> str:
         "swath": _native.VERSION,
         "build": build(),
         "python": platform.python_version(),
-        "system": f"{platform.system()} {platform.release()}",
+        "system": platform.system(),
         "machine": f"{platform.machine()}, {cores()} cores",
     }
     return json.dumps(about, indent=2) + "\n"

@@ -41,10 +41,10 @@ def extremes_of(evaluated: Evaluated) -> Iterator[Extreme]:
     """Yields the best and the worst episode of each agent.
 
     The best is the shortest path in per cent of the boustrophedon path, the worst the longest; an episode that did not
-    end by the agent's own stop is worse than all that did. Of equal ones the first counts.
+    end by the agent's own stop or at the goal is worse than all that did. Of equal ones the first counts.
     """
     for agent in range(len(evaluated.agents)):
-        percent, is_done = evaluated.path_percent[:, agent], evaluated.outcomes[:, agent] == "done"
+        percent, is_done = evaluated.path_percent[:, agent], np.isin(evaluated.outcomes[:, agent], ("done", "goal"))
         # Failures come after all others.
         cost = np.where(is_done, percent, percent + percent.max() + 1.0).round(_DIGITS)
         best, worst = int(cost.argmin()), int(cost.argmax())
