@@ -253,6 +253,17 @@ def test_a_window_shows_every_step_without_a_screen():
     assert not pygame.display.get_init()
 
 
+def test_a_copy_of_an_environment_with_a_window_has_one_of_its_own():
+    pytest.importorskip("pygame")
+    env = gym.make(ID, render_mode="human", render_size=SIZE).unwrapped
+    env.reset(seed=0)
+    other = copy.deepcopy(env)
+    env.close()
+    other.step(np.zeros(1, np.float32))
+    assert other.core.render().shape == (180, 320, 3)
+    other.close()
+
+
 def test_a_window_names_the_extra_when_pygame_is_absent(monkeypatch):
     monkeypatch.setitem(sys.modules, "pygame", None)
     expected = "`render_mode=\"human\"` needs pygame: pip install 'swath[human]'"
