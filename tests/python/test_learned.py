@@ -1,5 +1,6 @@
 """The learned agent acts as its torch original does, and its page says what the data beside it says."""
 
+import csv
 import importlib.util
 import os
 from pathlib import Path
@@ -75,6 +76,19 @@ def test_every_table_of_the_page_is_what_the_data_gives(tmp_path):
     copy.write_text((FOLDER / "README.md").read_text())
     page.write(copy, FOLDER)
     assert copy.read_text() == (FOLDER / "README.md").read_text()
+
+
+@pytest.mark.parametrize("agent", ["learned", "snake", "greedy", "horizon", "clairvoyant"])
+def test_the_contest_was_played_by_the_agents_as_they_are(agent):
+    with (FOLDER / "contest" / f"{agent}.csv").open(newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["instance"] == "0"]
+    assert len(rows) == 3
+    for row in rows:
+        episode = swath.run_episode(
+            agent, scenario={"weeds": {"count": int(row["weeds_total"])}}, seed=int(row["seed"])
+        )
+        assert episode.path_length_m == pytest.approx(float(row["path_length_m"]), abs=1e-6)
+        assert episode.weeds_mowed == int(row["weeds_mowed"])
 
 
 def test_differences_are_taken_instance_by_instance(tmp_path):
