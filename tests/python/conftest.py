@@ -1,9 +1,10 @@
-"""What all Python tests share: how many cases a property gets, and an environment of every action kind."""
+"""What Python tests share: how many cases a property gets, an environment of every action kind, commands, a browser."""
 
 import os
 
 import hypothesis
 import pytest
+from chromium import CHROMIUM
 from contract import KINDS, make
 
 # Windows of `render_mode="human"` open nowhere.
@@ -22,3 +23,26 @@ def kind(request):
 @pytest.fixture
 def env(kind):
     return make(kind)
+
+
+@pytest.fixture
+def call(capsys):
+    """Runs a command in this process: its status, and what it wrote to stdout and stderr."""
+    from swath.cli import main  # where there are no commands, such as under the oldest Gymnasium, there is no Typer
+
+    def run(*arguments):
+        status = main([str(argument) for argument in arguments])
+        return status, *capsys.readouterr()
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def browser():
+    from playwright.sync_api import sync_playwright  # few tests need it
+
+    assert CHROMIUM is not None, "CI needs chromium: make browser"
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM)
+        yield browser
+        browser.close()

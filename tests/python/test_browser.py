@@ -5,14 +5,12 @@ Chromium comes from the system's packages (`make browser`); screenshots are left
 
 import hashlib
 import itertools
-import os
-import shutil
 import time
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
-from playwright.sync_api import sync_playwright
+from chromium import needs_chromium
 
 import swath
 from swath.cli import main
@@ -20,25 +18,12 @@ from swath.evaluation import Results, Row
 from swath.evaluation.study import Study
 from swath.report import Evaluated, page_of
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 PICTURES = Path(__file__).resolve().parents[2] / "out/browser"
 
 pytestmark = [
-    pytest.mark.skipif(
-        CHROMIUM is None and not os.environ.get("CI"),
-        reason="needs chromium (Debian: apt-get install chromium)",
-    ),
+    needs_chromium,
     pytest.mark.timeout(120),
 ]
-
-
-@pytest.fixture(scope="module")
-def browser():
-    assert CHROMIUM is not None, "CI needs chromium: make browser"
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture

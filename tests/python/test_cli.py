@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import swath
-from swath.cli import main
 
 AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "horizon", "learned"]
 
@@ -20,17 +19,6 @@ AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "hori
 @pytest.fixture(autouse=True)
 def _in_an_empty_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-
-
-@pytest.fixture
-def call(capsys):
-    """Runs a command in this process: its status, and what it wrote to stdout and stderr."""
-
-    def run(*arguments):
-        status = main([str(argument) for argument in arguments])
-        return status, *capsys.readouterr()
-
-    return run
 
 
 def refused(result):

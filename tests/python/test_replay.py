@@ -9,22 +9,12 @@ import numpy as np
 import pytest
 
 import swath
-from swath.cli import main
 from swath.replay import data_of, page_of
 
 
 @pytest.fixture(autouse=True)
 def _in_an_empty_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-
-
-@pytest.fixture
-def call(capsys):
-    def run(*arguments):
-        status = main([str(argument) for argument in arguments])
-        return status, *capsys.readouterr()
-
-    return run
 
 
 def data_in(page):

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 import swath
-from swath.cli import main
 from swath.report import Evaluated, page_of
 from swath.report.extremes import extremes_of
 from swath.report.groups import groups_of
@@ -30,15 +29,6 @@ name = "count"
 def _in_an_empty_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("swept.toml").write_text(SWEPT)
-
-
-@pytest.fixture
-def call(capsys):
-    def run(*arguments):
-        status = main([str(argument) for argument in arguments])
-        return status, *capsys.readouterr()
-
-    return run
 
 
 def evaluated(*scenario, agents=("jump", "snake"), instances=4, seed=30):

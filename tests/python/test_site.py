@@ -1,34 +1,20 @@
 """The site in a real browser, opened from its folder: no page logs an error or asks the network; the search finds."""
 
-import os
-import shutil
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import expect, sync_playwright
+from chromium import needs_chromium
+from playwright.sync_api import expect
 
 SITE = Path(__file__).resolve().parents[2] / "out/site"
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 
 if not (SITE / "index.html").exists():
     pytest.skip("needs the site: `make docs` builds it and runs this", allow_module_level=True)
 
 pytestmark = [
-    pytest.mark.skipif(
-        CHROMIUM is None and not os.environ.get("CI"),
-        reason="needs chromium (Debian: apt-get install chromium)",
-    ),
+    needs_chromium,
     pytest.mark.timeout(180),
 ]
-
-
-@pytest.fixture(scope="module")
-def browser():
-    assert CHROMIUM is not None, "CI needs chromium: make browser"
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM)
-        yield browser
-        browser.close()
 
 
 @pytest.fixture
