@@ -431,7 +431,10 @@ impl Agent for Horizon {
         let state = state.as_mut().expect("an episode has begun");
         state.perceive(view);
         if state.ground.open() == 0 && state.known == 0 {
-            return Decision::Done;
+            if view.ground.unseen_count() == 0 || !state.ground.reopen(view.ground) {
+                return Decision::Done;
+            }
+            state.planned_at_m = f64::NEG_INFINITY;
         }
         if view.path_m > CAP * view.site.bcp_length_m {
             return Decision::Capped;
