@@ -431,10 +431,7 @@ impl Agent for Horizon {
         let state = state.as_mut().expect("an episode has begun");
         state.perceive(view);
         if state.ground.open() == 0 && state.known == 0 {
-            if view.ground.unseen_count() == 0 || !state.ground.reopen(view.ground) {
-                return Decision::Done;
-            }
-            state.planned_at_m = f64::NEG_INFINITY;
+            return Decision::Done;
         }
         if view.path_m > CAP * view.site.bcp_length_m {
             return Decision::Capped;
