@@ -13,6 +13,7 @@
 //! | [`worker`] | environments at work |
 //! | [`front`] | Zenoh's side: keys, queries, signs of life |
 //! | [`post`] | replies on their way out |
+//! | [`memory`] | memory that sessions leave behind |
 //! | [`server`] | the thread between the two |
 
 pub mod endpoint;
@@ -23,4 +24,5 @@ pub mod clock;
 pub mod worker;
 pub mod front;
 pub mod post;
+pub mod memory;
 pub mod server;

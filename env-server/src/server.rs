@@ -16,6 +16,7 @@ use zenoh::query::Query;
 use crate::clock::Clock;
 use crate::endpoint::Endpoint;
 use crate::front::{Arrival, Front, FrontError};
+use crate::memory::{self, Leftovers};
 use crate::options::Options;
 use crate::post::Post;
 use crate::settings::{settings, settings_to_ask};
@@ -64,6 +65,7 @@ pub struct Server {
     queries: BTreeMap<QueryId, (Box<Query>, u128)>,
     next_query: u64,
     running: usize,
+    leftovers: Leftovers,
 }
 
 /// Tells a server to end.
@@ -132,6 +134,7 @@ impl Server {
             queries: BTreeMap::new(),
             next_query: 0,
             running: 0,
+            leftovers: Leftovers::default(),
         };
         Ok((server, Stop(events_in)))
     }
@@ -166,6 +169,9 @@ impl Server {
             let now_ms = self.clock.now_ms();
             for (lid, is_there) in self.front.leases() {
                 tracing::debug!(lease = short(lid), is_there, "a client's sign of life");
+                if !is_there {
+                    self.leftovers.add(now_ms);
+                }
                 self.sessions.on_lease(now_ms, lid, is_there);
             }
             match event {
@@ -181,7 +187,10 @@ impl Server {
                 Some(Event::Arrival(Arrival::Leases) | Event::Stop) | None => {}
             }
             while let Some(output) = self.sessions.poll(now_ms) {
-                self.carry_out(output);
+                self.carry_out(now_ms, output);
+            }
+            if self.leftovers.are_due(now_ms) {
+                memory::give_back();
             }
         }
         self.workers.end();
@@ -235,7 +244,7 @@ impl Server {
         self.sessions.is_open(sid).then_some(sid)
     }
 
-    fn carry_out(&mut self, output: ServerOutput) {
+    fn carry_out(&mut self, now_ms: u64, output: ServerOutput) {
         match output {
             ServerOutput::Start(job) => {
                 self.running += 1;
@@ -255,6 +264,7 @@ impl Server {
             ServerOutput::Free { sid, lid, why } => {
                 tracing::info!(session = short(sid), lease = short(lid), why, "freed");
                 self.resting.remove(&sid);
+                self.leftovers.add(now_ms);
             }
         }
     }

@@ -64,6 +64,13 @@ impl Running {
         Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? << 10)
     }
 
+    /// The same, once it has given back what sessions left behind that have ended; if the test has the time, once the
+    /// threads have ended, too, that served them.
+    pub(crate) fn memory_at_rest_bytes(&self) -> Option<u64> {
+        thread::sleep(Duration::from_secs(size(3, 15)));
+        self.memory_bytes()
+    }
+
     /// Stops it, or lets it go on, as `kill -STOP` and `kill -CONT` do.
     pub(crate) fn signal(&self, signal: &str) {
         send_signal(&self.child, signal);
