@@ -281,6 +281,7 @@ impl State {
         if self.is_on_rows && self.follow_rows(view, passed, options) {
             return;
         }
+        self.ground.reopen(view.ground);
         let is_settled = self.ground.open() == 0;
         self.plan.retain(|node| match node.weed {
             Some(weed) => view.known_weeds.holds(weed.number),
@@ -357,10 +358,17 @@ impl State {
         rows.trim(&self.ground, view.known_weeds.iter(), &self.plan.start, false);
         let rows_m = driven_m + rows.length_m(&self.plan.start);
         let look_m = 2.0 * single(LATE_M) + DETOUR * single(view.site.turning_radius_m);
-        let is_last_chance =
-            self.rows_m < SHORT * bcp_m && rows_m <= bcp_m && rows_m + look_m > bcp_m;
+        let are_short = self.rows_m < SHORT * bcp_m;
+        let is_last_chance = are_short && rows_m <= bcp_m && rows_m + look_m > bcp_m;
         let limit_m = if is_last_chance { rows_m.min(SAFE * bcp_m) } else { rows_m };
         if most_m < limit_m {
+            return false;
+        }
+        // Where rows save little, no guess is worth them: they are taken when what is known alone takes longer.
+        if planned_m > limit_m {
+            return true;
+        }
+        if !are_short {
             return false;
         }
         if seen > SEEN && self.expected.is_none_or(|(_, then)| seen > then + SEEN) {
@@ -369,8 +377,7 @@ impl State {
                 outlook::length_m(plan, ground, self.next_number, until, options, view.site);
             self.expected = Some((driven_m + left_m, seen));
         }
-        let expected_m = self.expected.map_or(0.0, |(expected_m, _)| expected_m.min(most_m));
-        expected_m.max(planned_m) > limit_m
+        self.expected.is_some_and(|(expected_m, _)| expected_m.min(most_m) > limit_m)
     }
 
     /// Drives on along the rows, of which so many ends were passed; false when nothing is left for them to show or mow.
@@ -431,7 +438,10 @@ impl Agent for Horizon {
         let state = state.as_mut().expect("an episode has begun");
         state.perceive(view);
         if state.ground.open() == 0 && state.known == 0 {
-            return Decision::Done;
+            if view.ground.unseen_count() == 0 || !state.ground.reopen(view.ground) {
+                return Decision::Done;
+            }
+            state.planned_at_m = f64::NEG_INFINITY;
         }
         if view.path_m > CAP * view.site.bcp_length_m {
             return Decision::Capped;
