@@ -50,8 +50,9 @@ const LOOKED_M: f32 = 1e-4;
 const MENDING: usize = 40;
 /// How many times as many changes are tried for each of the first plans.
 const SWEEP: usize = 2;
-/// As many changes more are tried for every so many weeds that are planned.
+/// As many changes more are tried for every so many weeds that are planned, and once more for the first ones.
 const WEEDS: usize = 10;
+const FIRST_WEEDS: usize = 40;
 /// Another plan is taken if it is so much shorter, metres: a mower that often changes its mind drives to and fro.
 const WORTH_M: f32 = 1.0;
 /// A plan is long when the mower has driven so many boustrophedon paths.
@@ -120,7 +121,7 @@ impl HorizonOptions {
 
     /// How many changes are tried for so many weeds.
     fn rounds(&self, weeds: usize) -> usize {
-        self.iterations + self.iterations * weeds / WEEDS
+        self.iterations * (WEEDS + weeds + weeds.min(FIRST_WEEDS)) / WEEDS
     }
 
     /// How far from the bar's middle weeds are planned to pass, metres.
@@ -315,14 +316,15 @@ impl State {
             if !is_settled {
                 Views { plan, ground, size_m }.mend(looks, options.iterations / MENDING, rng);
             }
+            ground.missed()
         };
         let mut kept = self.plan.clone();
         anneal::anneal(&mut self.plan, reach_m, rounds.max(1), until, rng);
-        finish(&mut self.plan, &mut self.ground, rng);
+        let missed = finish(&mut self.plan, &mut self.ground, rng);
         if !is_settled {
             // What the changes have saved may be lost again where more looks are needed.
-            finish(&mut kept, &mut self.ground, rng);
-            if kept.length_m() < self.plan.length_m() + WORTH_M {
+            let missed_by_kept = finish(&mut kept, &mut self.ground, rng);
+            if missed_by_kept <= missed && kept.length_m() < self.plan.length_m() + WORTH_M {
                 self.plan = kept;
             }
         }
