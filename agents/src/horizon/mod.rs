@@ -50,8 +50,9 @@ const LOOKED_M: f32 = 1e-4;
 const MENDING: usize = 40;
 /// How many times as many changes are tried for each of the first plans.
 const SWEEP: usize = 2;
-/// As many changes more are tried for every so many weeds that are planned.
+/// As many changes more are tried for every so many weeds that are planned, and once more for the first ones.
 const WEEDS: usize = 10;
+const FIRST_WEEDS: usize = 40;
 /// Another plan is taken if it is so much shorter, metres: a mower that often changes its mind drives to and fro.
 const WORTH_M: f32 = 1.0;
 /// A plan is long when the mower has driven so many boustrophedon paths.
@@ -120,7 +121,7 @@ impl HorizonOptions {
 
     /// How many changes are tried for so many weeds.
     fn rounds(&self, weeds: usize) -> usize {
-        self.iterations + self.iterations * weeds / WEEDS
+        self.iterations * (WEEDS + weeds + weeds.min(FIRST_WEEDS)) / WEEDS
     }
 
     /// How far from the bar's middle weeds are planned to pass, metres.
@@ -281,6 +282,7 @@ impl State {
         if self.is_on_rows && self.follow_rows(view, passed, options) {
             return;
         }
+        self.ground.reopen(view.ground);
         let is_settled = self.ground.open() == 0;
         self.plan.retain(|node| match node.weed {
             Some(weed) => view.known_weeds.holds(weed.number),
@@ -314,14 +316,15 @@ impl State {
             if !is_settled {
                 Views { plan, ground, size_m }.mend(looks, options.iterations / MENDING, rng);
             }
+            ground.missed()
         };
         let mut kept = self.plan.clone();
         anneal::anneal(&mut self.plan, reach_m, rounds.max(1), until, rng);
-        finish(&mut self.plan, &mut self.ground, rng);
+        let missed = finish(&mut self.plan, &mut self.ground, rng);
         if !is_settled {
             // What the changes have saved may be lost again where more looks are needed.
-            finish(&mut kept, &mut self.ground, rng);
-            if kept.length_m() < self.plan.length_m() + WORTH_M {
+            let missed_by_kept = finish(&mut kept, &mut self.ground, rng);
+            if missed_by_kept <= missed && kept.length_m() < self.plan.length_m() + WORTH_M {
                 self.plan = kept;
             }
         }
@@ -357,10 +360,17 @@ impl State {
         rows.trim(&self.ground, view.known_weeds.iter(), &self.plan.start, false);
         let rows_m = driven_m + rows.length_m(&self.plan.start);
         let look_m = 2.0 * single(LATE_M) + DETOUR * single(view.site.turning_radius_m);
-        let is_last_chance =
-            self.rows_m < SHORT * bcp_m && rows_m <= bcp_m && rows_m + look_m > bcp_m;
+        let are_short = self.rows_m < SHORT * bcp_m;
+        let is_last_chance = are_short && rows_m <= bcp_m && rows_m + look_m > bcp_m;
         let limit_m = if is_last_chance { rows_m.min(SAFE * bcp_m) } else { rows_m };
         if most_m < limit_m {
+            return false;
+        }
+        // Where rows save little, no guess is worth them: they are taken when what is known alone takes longer.
+        if planned_m > limit_m {
+            return true;
+        }
+        if !are_short {
             return false;
         }
         if seen > SEEN && self.expected.is_none_or(|(_, then)| seen > then + SEEN) {
@@ -369,8 +379,7 @@ impl State {
                 outlook::length_m(plan, ground, self.next_number, until, options, view.site);
             self.expected = Some((driven_m + left_m, seen));
         }
-        let expected_m = self.expected.map_or(0.0, |(expected_m, _)| expected_m.min(most_m));
-        expected_m.max(planned_m) > limit_m
+        self.expected.is_some_and(|(expected_m, _)| expected_m.min(most_m) > limit_m)
     }
 
     /// Drives on along the rows, of which so many ends were passed; false when nothing is left for them to show or mow.
@@ -431,7 +440,10 @@ impl Agent for Horizon {
         let state = state.as_mut().expect("an episode has begun");
         state.perceive(view);
         if state.ground.open() == 0 && state.known == 0 {
-            return Decision::Done;
+            if view.ground.unseen_count() == 0 || !state.ground.reopen(view.ground) {
+                return Decision::Done;
+            }
+            state.planned_at_m = f64::NEG_INFINITY;
         }
         if view.path_m > CAP * view.site.bcp_length_m {
             return Decision::Capped;

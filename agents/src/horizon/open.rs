@@ -1,5 +1,6 @@
 //! The ground that is still to be searched, and how much of it a plan will show.
 
+use swath_core::ground::SeenGround;
 use swath_core::site::Site;
 
 use super::spot::{Spot, single};
@@ -112,6 +113,26 @@ impl OpenGround {
                 self.missed -= usize::from(was_open & u16::from(self.looks[cell] == 0));
             }
         }
+    }
+
+    /// Opens the cells again in which the middle of ground lies that was not seen after all, as where a mower strays from
+    /// the path that it was told to drive. Returns whether there are any.
+    pub(super) fn reopen(&mut self, seen: &SeenGround) -> bool {
+        let grid = seen.grid();
+        for row in 0..grid.rows() {
+            for column in (0..grid.columns()).filter(|&column| !seen.is_seen(column, row)) {
+                let middle = grid.centre(column, row);
+                let place = |at_m: f64, cell_m: f32, most: usize| {
+                    swath_core::math::floor_index(at_m / f64::from(cell_m)).min(most - 1)
+                };
+                let cell = place(middle.y, self.cell_y_m, self.rows) * self.columns
+                    + place(middle.x, self.cell_x_m, self.columns);
+                let was_open = std::mem::replace(&mut self.is_open[cell], 1);
+                self.open += usize::from(1 - was_open);
+                self.missed += usize::from((1 - was_open) & u16::from(self.looks[cell] == 0));
+            }
+        }
+        self.open > 0
     }
 
     /// Number of open cells that the plan will not show.

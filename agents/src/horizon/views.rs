@@ -74,6 +74,8 @@ impl Views<'_> {
         for _ in 0..tries / 2 {
             self.try_change(next.saturating_mul(2), COLD_M, DEAR_M, rng);
         }
+        // What was too dear is not forgotten, or the plan might end before the ground does.
+        self.complete(ADDED, rng);
     }
 
     /// Looks in bands along the pasture, in turn one way and the other.
