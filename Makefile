@@ -281,6 +281,10 @@ bench-episodes: build-release ## how long steps, episodes and the density sweep 
 	rm -rf out/bench
 	time python -m swath evaluate table1 --only density --agents bcp,bcp-tsp,react,jump,snake,r-snake --instances 100 --out out/bench
 
+.PHONY: bench-pictures
+bench-pictures: tools ## how long a picture of 640 x 360 pixels takes to paint, along the way of snake
+	@$(RELEASE) cargo bench --quiet --locked -p swath-benchmarks --bench pictures
+
 .PHONY: bench-planning
 bench-planning: tools ## how long the plans of horizon take, and its episodes; INSTANCES= of each number of weeds
 	@$(RELEASE) cargo run --quiet --release --locked -p swath-benchmarks --bin planning -- $(INSTANCES)

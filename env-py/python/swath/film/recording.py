@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from swath.extras import need
 from swath.files import unfinished
 
 if TYPE_CHECKING:
@@ -34,7 +33,6 @@ def write_rrd(path: Path, script: Script) -> None:
 
     A viewer's y goes down: y is counted from the far fence, so that the pasture is not mirrored.
     """
-    need("a film as `.rrd`", "rerun", "rerun")
     import rerun as rr
     import rerun.blueprint as rrb
 
