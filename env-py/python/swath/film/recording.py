@@ -25,7 +25,7 @@ _EVERY = 5
 """Of the points of a path, so many make one of a recording: it holds the path anew for every time."""
 
 _PATH, _FENCE, _SENSOR, _DECK = (0, 114, 178), (70, 70, 70), (150, 120, 0), (30, 30, 30)
-_UNDETECTED, _DETECTED, _MOWED = (120, 120, 120), (213, 94, 0), (0, 158, 115)
+_UNDETECTED, _DETECTED, _MOWED = (120, 120, 120), (213, 94, 0), (122, 31, 98)
 
 
 def write_rrd(path: Path, script: Script) -> None:
