@@ -229,9 +229,14 @@ lint-compiled: tools
 	python -m mypy
 
 .PHONY: docs
-docs: build-release docs-tools ## the site in out/site and the Rust documentation, warnings denied
+docs: build-release docs-tools ## the site, strictly: out/site/index.html
 	$(SITE) build --quiet
-	python -m scripts.site.check out/site
+	@python -m scripts.site.check out/site
+	@echo "the site is in out/site/index.html"
+
+.PHONY: test-docs
+test-docs: docs ## opens the site in a browser, and builds the Rust documentation, warnings denied
+	$(call need,$(VENV),test)
 	python -m pytest tests/python/test_site.py
 	RUSTDOCFLAGS="-D warnings" cargo doc --workspace --no-deps --locked
 
@@ -242,13 +247,13 @@ docs-serve: build-release docs-tools ## the site on http://127.0.0.1:8000, made 
 .PHONY: docs-tools
 docs-tools: tools
 	@python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "the site needs Python 3.11 or newer" >&2; exit 1; }
-	$(call need,$(VENV),docs test)
+	$(call need,$(VENV),docs)
 
 # The same commit gives the same bytes. The theme's advertisement is no warning.
 SITE = NO_MKDOCS_2_WARNING=1 SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct 2>/dev/null || echo 0) python -m mkdocs
 
 .PHONY: ci
-ci: lint browser test test-gymnasium-oldest bench-count docs demo ## everything that .ci/run checks, up to the first failure
+ci: lint browser test test-gymnasium-oldest bench-count test-docs demo ## everything that .ci/run checks, up to the first failure
 
 # Figures
 
@@ -280,6 +285,10 @@ bench-episodes: build-release ## how long steps, episodes and the density sweep 
 	$(RELEASE) cargo bench --locked -p swath-benchmarks
 	rm -rf out/bench
 	time python -m swath evaluate table1 --only density --agents bcp,bcp-tsp,react,jump,snake,r-snake --instances 100 --out out/bench
+
+.PHONY: bench-pictures
+bench-pictures: tools ## how long a picture of 640 x 360 pixels takes to paint, along the way of snake
+	@$(RELEASE) cargo bench --quiet --locked -p swath-benchmarks --bench pictures
 
 .PHONY: bench-planning
 bench-planning: tools ## how long the plans of horizon take, and its episodes; INSTANCES= of each number of weeds

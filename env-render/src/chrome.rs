@@ -187,7 +187,7 @@ impl Chrome {
     fn scale_bar(&mut self, right: f32) {
         let Self { plot, pixmap, text, .. } = self;
         let zoom = plot.zoom;
-        let length_m = round_length(f64::from(24.0 * zoom) / plot.px_per_m);
+        let length_m = round_length(f64::from(40.0 * zoom) / plot.px_per_m);
         let (label, length) = (label_of(length_m), single(length_m * plot.px_per_m));
         let (y, end) = (14.0 * zoom, 3.0 * zoom);
         text.draw(pixmap, &label, (right, y + 2.0 * zoom), Anchor::Right, INK);

@@ -38,4 +38,4 @@ pub(crate) const SENSOR_BORDER: Rgb = Rgb(120, 95, 0);
 
 pub(crate) const UNDETECTED: Rgb = Rgb(30, 30, 30);
 pub(crate) const DETECTED: Rgb = Rgb(213, 94, 0);
-pub(crate) const MOWED: Rgb = Rgb(0, 105, 78);
+pub(crate) const MOWED: Rgb = Rgb(122, 31, 98);

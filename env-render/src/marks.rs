@@ -47,7 +47,7 @@ impl Marks {
         let d = 0.78 * r;
         for (x, y) in [(d, d), (d, -d)] {
             let stroke_of = line([(middle - x, middle - y), (middle + x, middle + y)]);
-            stroke(&mut mowed, stroke_of.as_ref(), (0.45 * r).max(1.2), MOWED);
+            stroke(&mut mowed, stroke_of.as_ref(), (0.5 * r).max(1.5), MOWED);
         }
         Self { undetected, detected, mowed }
     }

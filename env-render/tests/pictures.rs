@@ -123,7 +123,7 @@ fn marks_are_where_the_weeds_are() {
         picture.rgb().as_chunks::<3>().0.iter().filter(|&&at| at == colour).count()
     };
     // A detected weed is also in the legend.
-    let (detected, mowed) = ([213, 94, 0], [0, 105, 78]);
+    let (detected, mowed) = ([213, 94, 0], [122, 31, 98]);
     let before = {
         env.reset_from(0, Beginning { weeds: Some(&[]), start: None });
         let empty = painter().paint(&env);

@@ -118,11 +118,12 @@ def test_the_numbers_at_the_end_are_those_of_the_episodes(page, replay):
     scrub(page, 1)
     for agent, panel in zip(("jump", "snake"), page.locator(".panel").all(), strict=True):
         episode = swath.run_episode(agent, scenario="pasture", seed=7)
+        known = int((episode.weed_detected & ~episode.weed_mowed).sum())
+        unknown = episode.weeds_total - episode.weeds_mowed - known
         words = panel.locator(".status span").all_inner_texts()
         assert words[0].startswith(f"path {episode.path_length_m:.0f} m (")
         assert words[1:] == [
-            f"weeds mowed {episode.weeds_mowed} of {episode.weeds_total}",
-            f"detected {episode.weeds_detected}",
+            f"weeds: {episode.weeds_mowed} mowed, {known} detected, {unknown} undetected",
             f"ground seen {100 * episode.seen_fraction:.0f} %",
             "done",
         ]

@@ -129,3 +129,17 @@ def test_a_film_names_the_extra_when_a_package_is_absent(episodes, tmp_path, mon
     with pytest.raises(ModuleNotFoundError, match=rf"`{suffix}` needs {package}: pip install 'swath\[{extra}\]'"):
         write_film(episodes, tmp_path / f"race{suffix}")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_film_that_ffmpeg_did_not_finish_is_an_error_and_leaves_nothing(episodes, tmp_path, monkeypatch):
+    ffmpeg = pytest.importorskip("imageio_ffmpeg")
+    whole = ffmpeg.count_frames_and_secs
+
+    def short(path):
+        frames, seconds = whole(path)
+        return frames - 1, seconds
+
+    monkeypatch.setattr(ffmpeg, "count_frames_and_secs", short)
+    with pytest.raises(OSError, match=r"snake\.mp4 was not written whole: \d+ of \d+ pictures"):
+        write_film(episodes[:1], tmp_path / "snake.mp4", **QUICK)
+    assert list(tmp_path.iterdir()) == []

@@ -115,8 +115,13 @@ def test_the_suffix_says_what_is_written(call, name, begins):
         (["jump", "--weeds", "none.csv", "--out", "a.html"], "cannot read `weeds.file` "),
         (["jump", "--scenario", "nowhere", "--out", "a.html"], "cannot read nowhere: no such file"),
         (["jump"], "Missing option '--out'"),
+        (["jump", "--fps", 0, "--out", "a.gif"], "`fps` must be a whole number from 1 to 100, got 0"),
+        (
+            ["jump", "--seconds", 3, "--out", "a.html"],
+            "`seconds` is for films, which end with .gif, .mp4, .png, .rrd, ",
+        ),
     ],
-    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+    ids=lambda value: " ".join(map(str, value)) if isinstance(value, list) else "",
 )
 def test_bad_arguments_are_refused_in_one_line_and_nothing_is_written(call, arguments, line):
     status, out, err = call("replay", *arguments)

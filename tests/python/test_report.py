@@ -55,7 +55,7 @@ def test_the_page_says_what_the_evaluation_has_found(call):
         "path_points"
     ]
     assert f"{one['mean']:+.2f} [{one['low']:+.2f}, {one['high']:+.2f}]" in text_of(page)
-    assert "swath evaluate pasture --agents jump,snake --instances 5 --seed 4 --backend local" in page
+    assert "swath evaluate pasture --agents jump,snake --instances 5 --seed 4 --out out --backend local" in page
     assert "turning_radius_m = 2.0" in page
 
 

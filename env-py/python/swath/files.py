@@ -28,7 +28,7 @@ def unfinished(path: Path) -> Iterator[Path]:
     except BaseException as error:
         with suppress(OSError):
             beside.unlink()
-        if isinstance(error, OSError):
+        if isinstance(error, OSError) and error.errno is not None:
             # The name that the caller knows.
             raise type(error)(error.errno, error.strerror, str(path)) from error
         raise

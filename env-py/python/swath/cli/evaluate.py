@@ -57,7 +57,7 @@ def evaluate(
     if out is not None:
         given = {"--only": only, "--jobs": jobs, "--backend": backend, "--versus": versus}
         options = [str(part) for name, value in given.items() if value is not None for part in (name, value)]
-        always = ["--agents", agents, "--instances", str(instances), "--seed", str(seed)]
+        always = ["--agents", agents, "--instances", str(instances), "--seed", str(seed), "--out", _shown(str(out))]
         command = ["swath", "evaluate", *(_shown(name) for name in scenario), *always, *options]
         write_whole(out / "origin.json", origin(command))
         typer.echo(f"wrote {out / 'episodes.csv'} and {out / 'summary.json'}", err=as_json)

@@ -12,13 +12,14 @@ from swath import _native
 from swath.episode import run_episode
 from swath.errors import ConfigError
 from swath.files import write_whole
-from swath.film import SUFFIXES, write_film
+from swath.film import SUFFIXES, check_film, write_film
 from swath.progress import Progress
 from swath.replay import page_of
 
 __all__ = ["replay"]
 
 _PAGES = (".html", ".htm")
+_FPS = 30
 
 
 def replay(
@@ -35,13 +36,13 @@ def replay(
         typer.Option(help="CSV file with one weed a line, x and y in m.", show_default="the scenario's own"),
     ] = None,
     seed: Annotated[int, typer.Option(help="Draws the weeds, and apart from them the agents' own choices.")] = 0,
-    fps: Annotated[int, typer.Option(help="Films: pictures a second.")] = 30,
+    fps: Annotated[int | None, typer.Option(help="Films: pictures a second.", show_default="30")] = None,
     seconds: Annotated[
         float | None, typer.Option(help="Films: how long the longest path takes.", show_default="by its length")
     ] = None,
 ) -> None:
     """Show how agents drive, side by side on the same weeds: a page that plays offline, a film or a picture."""
-    _check(out)
+    _check(out, fps, seconds)
     chosen = _native.Scenario(scenario, weeds=None if weeds is None else {"file": str(weeds.resolve())})
     specs = _specs(agents)
     episodes = []
@@ -52,7 +53,7 @@ def replay(
     if out.suffix.lower() in _PAGES:
         write_whole(out, page_of(episodes))
     else:
-        write_film(episodes, out, fps=fps, seconds=seconds)
+        write_film(episodes, out, fps=fps or _FPS, seconds=seconds)
     for episode in episodes:
         typer.echo(
             f"{episode.agent}: {episode.path_length_m:.0f} m, {100 * episode.path_fraction:.1f} % of the boustrophedon "
@@ -61,7 +62,7 @@ def replay(
     typer.echo(f"wrote {out}")
 
 
-def _check(out: Path) -> None:
+def _check(out: Path, fps: int | None, seconds: float | None) -> None:
     """Refuses a file that cannot be written, before anything runs."""
     if out.suffix.lower() not in (*_PAGES, *SUFFIXES):
         text = f"`out` must end with .html, {', '.join(SUFFIXES)}, got {out}"
@@ -69,6 +70,13 @@ def _check(out: Path) -> None:
     if out.is_dir() or not out.parent.is_dir():
         text = f"`out` must be a file in a folder that exists, got {out}"
         raise ConfigError(text)
+    if out.suffix.lower() not in _PAGES:
+        check_film(out, fps=_FPS if fps is None else fps, seconds=seconds)
+        return
+    for name, value in (("fps", fps), ("seconds", seconds)):
+        if value is not None:
+            text = f"`{name}` is for films, which end with {', '.join(SUFFIXES)}, got {value} for {out}"
+            raise ConfigError(text)
 
 
 def _specs(agents: Sequence[str]) -> list[_native.AgentSpec]:

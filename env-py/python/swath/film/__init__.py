@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from swath.errors import ConfigError
+from swath.extras import need
 from swath.film import moving, recording
 from swath.film.script import Script
 from swath.rendering import RENDER_SIZE
@@ -25,15 +26,16 @@ if TYPE_CHECKING:
 
     from swath.episode import Episode
 
-__all__ = ["SUFFIXES", "write_film"]
+__all__ = ["SUFFIXES", "check_film", "write_film"]
 
 Writer: TypeAlias = "Callable[[Path, Script], None]"
 
-_WRITERS: dict[str, Writer] = {
-    ".gif": moving.write_gif,
-    ".mp4": moving.write_mp4,
-    ".png": moving.write_png,
-    ".rrd": recording.write_rrd,
+# Who writes such a file, the extra that this needs and its package.
+_WRITERS: dict[str, tuple[Writer, str, tuple[str, ...]]] = {
+    ".gif": (moving.write_gif, "film", ("PIL",)),
+    ".mp4": (moving.write_mp4, "film", ("imageio_ffmpeg",)),
+    ".png": (moving.write_png, "", ()),
+    ".rrd": (recording.write_rrd, "rerun", ("rerun",)),
 }
 
 SUFFIXES = tuple(_WRITERS)
@@ -41,6 +43,27 @@ SUFFIXES = tuple(_WRITERS)
 
 _MOST_FPS = 100
 _MOST_EPISODES = 64
+
+
+def check_film(path: Path, *, fps: int = 30, seconds: float | None = None) -> None:
+    """Makes sure that a film can be written so, which is known before its episodes are; arguments as for `write_film`.
+
+    Raises:
+        ConfigError: If an argument cannot be used; the message names it.
+        ModuleNotFoundError: If a package is missing; the message names the extra.
+    """
+    suffix = path.suffix.lower()
+    if suffix not in _WRITERS:
+        text = f"`path` must end in {', '.join(SUFFIXES)}, got {path}"
+        raise ConfigError(text)
+    if isinstance(fps, bool) or not isinstance(fps, int) or not 1 <= fps <= _MOST_FPS:
+        text = f"`fps` must be a whole number from 1 to {_MOST_FPS}, got {fps!r}"
+        raise ConfigError(text)
+    if seconds is not None and not 0 < seconds < math.inf:
+        text = f"`seconds` must be finite and > 0, got {seconds!r}"
+        raise ConfigError(text)
+    _, extra, packages = _WRITERS[suffix]
+    need(f"a film as `{suffix}`", extra, *packages)
 
 
 def write_film(
@@ -77,19 +100,11 @@ def write_film(
         OSError: If the file cannot be written.
     """
     path = Path(path)
-    writer = _WRITERS.get(path.suffix.lower())
-    if writer is None:
-        text = f"`path` must end in {', '.join(SUFFIXES)}, got {path}"
-        raise ConfigError(text)
+    check_film(path, fps=fps, seconds=seconds)
     _check_episodes(episodes)
-    if isinstance(fps, bool) or not isinstance(fps, int) or not 1 <= fps <= _MOST_FPS:
-        text = f"`fps` must be a whole number from 1 to {_MOST_FPS}, got {fps!r}"
-        raise ConfigError(text)
     if seconds is None:
         seconds = min(max(max(episode.path_length_m for episode in episodes) / 100, 5.0), 30.0)
-    if not 0 < seconds < math.inf:
-        text = f"`seconds` must be finite and > 0, got {seconds!r}"
-        raise ConfigError(text)
+    writer, _, _ = _WRITERS[path.suffix.lower()]
     writer(path, Script(list(episodes), size, fps, max(round(seconds * fps), 1)))
 
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from swath import _native
-from swath.extras import need
 from swath.files import unfinished, write_whole
 
 if TYPE_CHECKING:
@@ -29,7 +28,6 @@ def write_png(path: Path, script: Script) -> None:
 
 def write_gif(path: Path, script: Script) -> None:
     """Writes a film that repeats."""
-    need("a film as `.gif`", "film", "PIL")
     from PIL import Image
 
     # One palette for all: the legend is in every picture, and the last one has all that is mixed from its colours.
@@ -48,12 +46,12 @@ def write_gif(path: Path, script: Script) -> None:
 
 def write_mp4(path: Path, script: Script) -> None:
     """Writes a film in H.264, by the ffmpeg that imageio-ffmpeg brings."""
-    need("a film as `.mp4`", "film", "imageio_ffmpeg")
     import imageio_ffmpeg
 
     height, width, _ = script.film().render().shape
     # H.264 keeps colours at half the resolution, so sides are even.
     height, width = height + height % 2, width + width % 2
+    stands = max(round(_LAST_SHOWN_S * script.fps) - 1, 0)
     with unfinished(path) as file:
         writer = imageio_ffmpeg.write_frames(
             str(file),
@@ -74,7 +72,12 @@ def write_mp4(path: Path, script: Script) -> None:
                     mode="edge",
                 )
                 writer.send(even)
-            for _ in range(round(_LAST_SHOWN_S * script.fps) - 1):
+            for _ in range(stands):
                 writer.send(even)
         finally:
             writer.close()
+        # What ffmpeg could not write at the end, it does not tell.
+        written, _ = imageio_ffmpeg.count_frames_and_secs(str(file))
+        if written != script.frames + 1 + stands:
+            text = f"{path} was not written whole: {written} of {script.frames + 1 + stands} pictures"
+            raise OSError(text)

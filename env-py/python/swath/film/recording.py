@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from swath.extras import need
 from swath.files import unfinished
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ _EVERY = 5
 """Of the points of a path, so many make one of a recording: it holds the path anew for every time."""
 
 _PATH, _FENCE, _SENSOR, _DECK = (0, 114, 178), (70, 70, 70), (150, 120, 0), (30, 30, 30)
-_UNDETECTED, _DETECTED, _MOWED = (120, 120, 120), (213, 94, 0), (0, 158, 115)
+_UNDETECTED, _DETECTED, _MOWED = (120, 120, 120), (213, 94, 0), (122, 31, 98)
 
 
 def write_rrd(path: Path, script: Script) -> None:
@@ -34,7 +33,6 @@ def write_rrd(path: Path, script: Script) -> None:
 
     A viewer's y goes down: y is counted from the far fence, so that the pasture is not mirrored.
     """
-    need("a film as `.rrd`", "rerun", "rerun")
     import rerun as rr
     import rerun.blueprint as rrb
 

@@ -39,7 +39,8 @@ class Episode {
     }
     this.arcStartsM = this.arcs.map((arc) => arc.sinceM);
     this.mowedOrderM = this.mowedM.filter(Number.isFinite).sort();
-    this.detectedOrderM = this.detectedM.filter(Number.isFinite).sort();
+    // A weed may be mowed undetected.
+    this.metM = this.detectedM.map((detectedM, weed) => Math.min(detectedM, this.mowedM[weed]));
     this.seenOrder = this.seenStep.filter((step) => step < 65535).sort();
   }
 
@@ -94,13 +95,15 @@ class Episode {
     return Math.round((65534 * Math.min(pathM, this.lengthM)) / (this.lengthM || 1));
   }
 
-  // The numbers below a picture.
+  // The numbers below a picture: each weed is in one state.
   countsAt(pathM) {
+    const mowed = countUpTo(this.mowedOrderM, pathM + TICK_M);
+    const met = this.metM.filter((metM) => metM <= pathM + TICK_M).length;
     return {
       pathM: Math.min(pathM, this.lengthM),
-      mowed: countUpTo(this.mowedOrderM, pathM + TICK_M),
-      detected: countUpTo(this.detectedOrderM, pathM + TICK_M),
-      weeds: this.mowedM.length,
+      mowed,
+      detected: met - mowed,
+      undetected: this.mowedM.length - met,
       seenPercent: (100 * countUpTo(this.seenOrder, this.seenStepAt(pathM))) / (this.seenStep.length || 1),
     };
   }

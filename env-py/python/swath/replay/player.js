@@ -222,8 +222,7 @@ function statusOf(episode, pathM) {
   const percent = (100 * counts.pathM) / episode.boustrophedonM;
   const parts = [
     `path ${counts.pathM.toFixed(0)} m (${percent.toFixed(0)} % of the boustrophedon path)`,
-    `weeds mowed ${counts.mowed} of ${counts.weeds}`,
-    `detected ${counts.detected}`,
+    `weeds: ${counts.mowed} mowed, ${counts.detected} detected, ${counts.undetected} undetected`,
     `ground seen ${counts.seenPercent.toFixed(0)} %`,
   ];
   parts.push(episode.isOver(pathM) ? OUTCOMES[episode.outcome] || episode.outcome : "driving");

@@ -87,7 +87,8 @@ def differences(group: Group, measure: str, values: npt.NDArray[np.float64]) -> 
     def row(frame: Frame, agent: int, x: Scale, base: float) -> str:
         one, kind = spreads[agent], agent % len(MARKERS)
         if agent == versus:
-            return "compared with"
+            frame.add(marker(agent, x(0.0), base - 10, "the others are compared with it", 5))
+            return "the others less this one"
         ends = _ends(one)
         frame.line(x(ends[0]), base - 10, x(ends[-1]), base - 10, f"whisker c{kind}")
         text = interval(one, sign="+")

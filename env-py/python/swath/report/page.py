@@ -67,12 +67,17 @@ _PARTS = (("replays", "Best and worst episodes"), ("origin", "How it came about"
 def _about(evaluated: Evaluated) -> str:
     episodes = evaluated.path_m.size
     last = evaluated.seed + evaluated.instances - 1
+    agents, places = _count(len(evaluated.agents), "agent"), _count(len(evaluated.places), "scenario")
+    counts = f"{_count(episodes, 'episode')}: {agents} on {places}, {_count(evaluated.instances, 'instance')} each"
     return (
-        f'<p class="about">{episodes:,} episodes: {len(evaluated.agents)} agent(s) on {len(evaluated.places)} '
-        f"scenario(s), {evaluated.instances} instance(s) each, seeds {evaluated.seed} to {last}, the same for every "
-        "agent. Paths are in per cent of the boustrophedon path over the whole pasture; shorter is better. "
+        f'<p class="about">{counts}, seeds {evaluated.seed} to {last}, the same for every agent. '
+        "Paths are in per cent of the boustrophedon path over the whole pasture; shorter is better. "
         "Intervals hold the mean with 95&nbsp;% confidence, by Student's t over instances.</p>"
     )
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number:,} {what}{'' if number == 1 else 's'}"
 
 
 def _section(group: Group, number: int) -> str:
@@ -170,7 +175,7 @@ def _origin(evaluated: Evaluated) -> str:
     return (
         f'<section id="origin"><h2>How it came about</h2>\n{tables.table(["", ""], rows)}'
         f"<h3>Scenarios, every key written out</h3>\n{scenarios}"
-        f"<details><summary>Hashes of the {len(evaluated.places)} scenario(s)</summary><ul>{hashes}</ul></details>\n"
+        f"<details><summary>Hash of every scenario</summary><ul>{hashes}</ul></details>\n"
         "</section>\n"
     )
 
