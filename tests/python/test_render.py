@@ -71,7 +71,7 @@ def test_weeds_of_every_state_the_path_and_the_mower_have_colours_of_their_own()
     for _ in range(16):
         env.step(np.array([0.0, 1.0], np.float32))
     above_the_legend = env.render()[:300]
-    for colour in [(213, 94, 0), (0, 105, 78), (0, 114, 178), (250, 241, 205), (133, 150, 128), (196, 214, 180)]:
+    for colour in [(213, 94, 0), (122, 31, 98), (0, 114, 178), (250, 241, 205), (133, 150, 128), (196, 214, 180)]:
         assert has(above_the_legend, colour), colour
 
 
