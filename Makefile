@@ -338,6 +338,12 @@ train-learned: build-release ## the agent learned: trains it, compiles it in, it
 	@$(MAKE) --no-print-directory build-release
 	python -m benchmarks.learned
 
+.PHONY: retrain-learned
+retrain-learned: build-release ## trains the agent learned once more, SEED=1000, and says how far that policy is from the shipped one
+	$(call need,$(VENV),test)
+	python -m swath train maskable-routing --seed $(or $(SEED),1000) --out out/learned/again
+	python -m benchmarks.learned --again out/learned/again
+
 .PHONY: paper
 paper: build-release ## the experiments of the paper run anew: docs/reproduce, its data and figures
 	$(call need,$(VENV),paper)

@@ -6,11 +6,11 @@ import csv
 import re
 from pathlib import Path
 
-from benchmarks.learned.results import AGENTS, LEARNED
+from benchmarks.learned.results import AGAIN, AGENTS, COUNTS, LEARNED
 
 from swath.evaluation.statistics import Spread, spread
 
-MARK = re.compile(r"(<!-- (?P<kind>contest|curve): (?P<name>[\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
+MARK = re.compile(r"(<!-- (?P<kind>contest|curve|again): (?P<name>[\w-]+) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
 def write(file: Path, data: Path) -> None:
@@ -22,8 +22,14 @@ def write(file: Path, data: Path) -> None:
 
 
 def table(kind: str, name: str, data: Path) -> str:
-    """Returns a table in Markdown: the contest on so many weeds, or the curve of a training."""
-    return contest(data / "contest", name) if kind == "contest" else curve(data / name)
+    """Returns a table in Markdown: the contest on so many weeds, the curve of a training, or two trainings compared."""
+    match kind:
+        case "contest":
+            return contest(data / "contest", name)
+        case "curve":
+            return curve(data / name)
+        case _:
+            return again(data)
 
 
 def contest(folder: Path, weeds: str) -> str:
@@ -59,6 +65,26 @@ def contest(folder: Path, weeds: str) -> str:
         lines.append(f"| {' | '.join(cells)} |")
     foot = f"{len(own_m)} held-out instances, the same for all: mean ± half its 95 % interval (t); paired differences."
     return "\n".join([*lines, "", foot, ""])
+
+
+def again(data: Path) -> str:
+    """The policy of a second training beside the one that is shipped, on the same instances."""
+    lines = ["| weeds | shipped, m | again, m | again - shipped, m | % | weeds mowed again, % |", "|---|---|---|---|---|---|"]
+    shipped, trained = read(data / "contest" / f"{LEARNED}.csv"), read(data / AGAIN)
+    for weeds in COUNTS:
+        one, two = ([row for row in rows if row["weeds_total"] == str(weeds)] for rows in (shipped, trained))
+        one_m, two_m, mowed = column(one, "path_length_m"), column(two, "path_length_m"), column(two, "weeds_mowed")
+        longer_m = spread([second - first for first, second in zip(one_m, two_m, strict=True)])
+        cells = [
+            str(weeds),
+            shown(spread(one_m), digits=1),
+            shown(spread(two_m), digits=1),
+            shown(longer_m, "+", 1),
+            f"{100 * sum(two_m) / sum(one_m) - 100:+.1f}",
+            f"{100 * sum(mowed) / (weeds * len(two)):.2f}",
+        ]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join([*lines, ""])
 
 
 def column(rows: list[dict[str, str]], name: str) -> list[float]:

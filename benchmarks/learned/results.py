@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import swath
-from swath.training import Curve, export_policy, load_policy
+from swath.training import Curve, evaluate_policy, export_policy, load_policy
 from swath.training.curve import POLICY
 
 LEARNED = "learned"
@@ -22,6 +22,9 @@ COUNTS = (20, 40, 80)
 
 SEED = 1_000_000
 """Of instance 0; the training's own evaluations begin at 1,001,000."""
+
+AGAIN = "again.csv"
+"""The episodes of a second training's policy on the same instances."""
 
 COLUMNS = (
     "weeds_total", "instance", "seed", "weeds_mowed", "path_length_m", "bcp_length_m",
@@ -47,6 +50,16 @@ def play(agent: str, folder: Path, instances: int) -> None:
     played = [swath.evaluate([agent], scenario=each, instances=instances, seed=SEED).rows for each in scenarios]
     rows = [[getattr(row, name) for name in COLUMNS] for rows in played for row in rows]
     write_rows(folder / f"{agent}.csv", COLUMNS, rows)
+
+
+def play_again(run: Path, file: Path, instances: int) -> None:
+    """Plays the policy of another finished training on the same instances, and writes its episodes into a file."""
+    player = load_policy(run)
+    rows = []
+    for count in COUNTS:
+        scenario = swath.Scenario(player.card.scenario, weeds={"count": count})
+        rows += evaluate_policy(player, scenario=scenario, instances=instances, seed=SEED)
+    write_rows(file, COLUMNS, [[getattr(row, name) for name in COLUMNS] for row in rows])
 
 
 def curve_rows(run: Path) -> Iterator[list[object]]:

@@ -6,6 +6,7 @@
 //! that was in flight. Nothing is written to a disk, and the memory has a bound: every so often a new snapshot takes the
 //! place of the requests before it.
 
+mod memory;
 #[cfg(test)]
 mod tests;
 
@@ -14,13 +15,13 @@ use std::sync::Arc;
 
 use bincode::Encode;
 use bytes::Bytes;
-use sha2::{Digest, Sha256};
 
 use crate::client::{ClientError, ClientOptions, ClientOutput, ClientSession};
 use crate::codec;
 use crate::fault::{Fault, Loss};
 use crate::header::{HEADER_BYTES, Header, Kind, Verb};
 use crate::message::{Limits, Open, OpenReply, Snapshot, SnapshotReply};
+use memory::{Memory, Wish, digest};
 
 /// How a session is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -82,34 +83,6 @@ enum Stage {
     Wishing,
 }
 
-/// A request of the caller's.
-#[derive(Clone)]
-struct Wish {
-    verb: Verb,
-    payload: Arc<[u8]>,
-}
-
-/// What a session can be built from again.
-struct Memory {
-    open: Open<'static>,
-    /// How many sessions it was; each has a nonce of its own.
-    opened: u64,
-    /// What the first one was told when it was opened.
-    reply: Option<OpenReply>,
-    /// The state that the journal begins with; none for that of an open.
-    base: Option<Vec<u8>>,
-    journal: Vec<Entry>,
-    bytes: usize,
-    /// Why there is no snapshot any more.
-    gap: Option<Fault>,
-}
-
-/// A request that was carried out, and the digest of its reply if that was seen.
-struct Entry {
-    wish: Wish,
-    reply: Option<[u8; 32]>,
-}
-
 impl ResumingSession {
     /// A client without a session; without `resume` it is a [`ClientSession`] and nothing else.
     #[must_use]
@@ -142,15 +115,7 @@ impl ResumingSession {
         let Some(options) = self.options else { return self.session.open(now_ms, open) };
         let open = Open { hash_every: options.hash_every, ..open.clone() };
         self.session.open(now_ms, &open)?;
-        self.memory = Some(Memory {
-            open,
-            opened: 1,
-            reply: None,
-            base: None,
-            journal: Vec::new(),
-            bytes: 0,
-            gap: None,
-        });
+        self.memory = Some(Memory::new(open));
         (self.stage, self.is_lost, self.ended) = (Stage::Plain, false, None);
         self.wishes.clear();
         self.begin(now_ms);
@@ -313,8 +278,7 @@ impl ResumingSession {
     /// How many bytes are kept for a resumption: of the snapshot, and of the requests since.
     #[must_use]
     pub fn kept_bytes(&self) -> usize {
-        let kept = |memory: &Memory| memory.bytes + memory.base.as_ref().map_or(0, Vec::len);
-        self.memory.as_ref().map_or(0, kept)
+        self.memory.as_ref().map_or(0, Memory::bytes)
     }
 
     fn begin(&mut self, now_ms: u64) {
@@ -372,7 +336,7 @@ impl ResumingSession {
                 Some(Err(error))
             }
             (Stage::Replaying(place), Ok(message)) => {
-                let before = self.memory.as_ref()?.journal[place].reply;
+                let before = self.memory.as_ref()?.entry(place)?.reply;
                 if before.is_some_and(|before| before != digest(&message)) {
                     return Some(self.fail(ClientError::Differs { request: place as u64 + 1 }));
                 }
@@ -442,11 +406,8 @@ impl ResumingSession {
 
     fn keep(&mut self, place: usize, reply: Option<&Bytes>) {
         let wish = self.wishes[place].clone();
-        // Without a snapshot there is nothing that the requests since could follow.
-        let can_resume = |memory: &&mut Memory| memory.gap.is_none() && wish.verb.is_numbered();
-        if let Some(memory) = self.memory.as_mut().filter(can_resume) {
-            memory.bytes += wish.payload.len() + size_of::<Entry>();
-            memory.journal.push(Entry { wish, reply: reply.map(|reply| digest(reply)) });
+        if let Some(memory) = &mut self.memory {
+            memory.keep(wish, reply.map(AsRef::as_ref));
         }
     }
 
@@ -454,10 +415,7 @@ impl ResumingSession {
     fn deliver(&mut self, now_ms: u64, message: Bytes) -> Option<Outcome> {
         let (options, memory) = (self.options?, self.memory.as_ref()?);
         let requests = self.session.next_seq() - 1;
-        let is_long = memory.journal.len() >= options.snapshot_every as usize
-            || memory.bytes > options.max_bytes;
-        let is_due = is_long
-            && memory.gap.is_none()
+        let is_due = memory.is_long(options.snapshot_every as usize, options.max_bytes)
             && requests.is_multiple_of(options.hash_every.max(1).into());
         if is_due { self.save(now_ms, message) } else { Some(self.end(Ok(message))) }
     }
@@ -479,8 +437,7 @@ impl ResumingSession {
     }
 
     fn on_saved(&mut self, now_ms: u64, result: Outcome) -> Option<Outcome> {
-        let is_first =
-            self.memory.as_ref()?.base.is_none() && self.memory.as_ref()?.journal.is_empty();
+        let is_first = self.memory.as_ref()?.is_new();
         match result {
             Err(error) if is_loss(&error) => return self.try_resume(now_ms),
             Err(ClientError::Fault(fault)) if is_first => {
@@ -488,18 +445,14 @@ impl ResumingSession {
                 return Some(self.fail(ClientError::NotResumable(fault)));
             }
             Err(ClientError::Fault(fault)) => {
-                // Without a snapshot the journal would grow for ever.
-                let memory = self.memory.as_mut()?;
-                (memory.base, memory.journal, memory.bytes) = (None, Vec::new(), 0);
-                memory.gap = Some(fault);
+                self.memory.as_mut()?.give_up(fault);
             }
             Ok(message) => {
                 let data = Header::read(&message).ok().and_then(|(_, payload)| {
                     codec::read::<SnapshotReply>(payload).ok().map(|reply| reply.data.to_vec())
                 });
-                let memory = self.memory.as_mut()?;
                 if let Some(data) = data {
-                    (memory.base, memory.journal, memory.bytes) = (Some(data), Vec::new(), 0);
+                    self.memory.as_mut()?.rebase(data);
                 }
             }
             // Not in time: there will be another one.
@@ -519,13 +472,9 @@ impl ResumingSession {
 
     fn resume(&mut self, now_ms: u64) -> Result<(), ClientError> {
         let memory = self.memory.as_mut().ok_or(ClientError::NotOpen)?;
-        let nonce = [memory.open.nonce.to_le_bytes(), u128::from(memory.opened).to_le_bytes()];
-        let nonce: [u8; 32] = Sha256::digest(nonce.concat()).into();
-        let nonce = u128::from_le_bytes(std::array::from_fn(|i| nonce[i]));
-        let open = Open { nonce, snapshot: memory.base.as_deref(), ..memory.open.clone() };
         self.is_lost = true;
-        self.session.open(now_ms, &open)?;
-        memory.opened += 1;
+        self.session.open(now_ms, &memory.next_open())?;
+        memory.count_open();
         (self.is_lost, self.stage) = (false, Stage::Opening);
         Ok(())
     }
@@ -540,7 +489,7 @@ impl ResumingSession {
 
     /// Sends a request of the journal again, or goes on if there are no more.
     fn replay(&mut self, now_ms: u64, place: usize) -> Option<Outcome> {
-        let Some(entry) = self.memory.as_ref()?.journal.get(place) else {
+        let Some(entry) = self.memory.as_ref()?.entry(place) else {
             self.resumed += 1;
             let held = self.held.take();
             return self.fulfil(now_ms, held);
@@ -607,8 +556,4 @@ fn lasting(reply: OpenReply) -> OpenReply {
 fn opened(message: &[u8]) -> Option<OpenReply> {
     let (_, payload) = Header::read(message).ok()?;
     codec::read(payload).ok()
-}
-
-fn digest(reply: &[u8]) -> [u8; 32] {
-    Sha256::digest(&reply[HEADER_BYTES..]).into()
 }

@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("benchmarks.learned.page", reason="run from the repository")
 
 from benchmarks.learned import page
-from benchmarks.learned.results import COLUMNS, CURVE_COLUMNS, write_rows
+from benchmarks.learned.results import AGAIN, COLUMNS, COUNTS, CURVE_COLUMNS, play_again, write_rows
 
 import swath
 from swath import _native
@@ -98,6 +98,28 @@ def test_differences_are_taken_instance_by_instance(tmp_path):
         write_rows(tmp_path / f"{agent}.csv", COLUMNS, rows)
     # Each path is 50 m shorter, however much the instances differ: a difference without any spread.
     assert "| 100.00 | 100.0 | -50.0 ± 0.0 | -19.2 | 3 | 500 |" in page.contest(tmp_path, "20")
+
+
+def test_a_second_training_is_compared_instance_by_instance_with_the_shipped_one(tmp_path):
+    (tmp_path / "contest").mkdir()
+    for file, more_m in (("contest/learned.csv", 0), (AGAIN, 6)):
+        paths = [(count, i, 100.0 * (i + 1) + more_m) for count in COUNTS for i in range(3)]
+        rows = [[count, i, 1_000_000 + i, count, path, 1000.0, 1.0, "done", 0.5] for count, i, path in paths]
+        write_rows(tmp_path / file, COLUMNS, rows)
+    # Each path is 6 m longer, of 200 m in the mean.
+    assert page.again(tmp_path).count("| +6.0 ± 0.0 | +3.0 | 100.00 |") == len(COUNTS)
+
+
+@needs_torch
+def test_the_shipped_policy_trained_again_would_be_judged_as_no_different(tmp_path):
+    play_again(FOLDER / "maskable-routing", tmp_path / AGAIN, 4)
+    with (tmp_path / AGAIN).open(newline="") as file:
+        rows = {(row["weeds_total"], row["instance"]): float(row["path_length_m"]) for row in csv.DictReader(file)}
+    with (FOLDER / "contest" / "learned.csv").open(newline="") as file:
+        shipped = {(row["weeds_total"], row["instance"]): float(row["path_length_m"]) for row in csv.DictReader(file)}
+    assert len(rows) == 4 * len(COUNTS)
+    # As above, rounding may part ways in an episode.
+    assert sum(abs(shipped[key] - path_m) < 1e-6 for key, path_m in rows.items()) >= len(rows) - 1
 
 
 def test_a_curve_has_a_row_for_each_evaluation(tmp_path):

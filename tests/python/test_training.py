@@ -206,6 +206,17 @@ def test_a_dictionary_of_observations_needs_no_policy_by_name(tmp_path):
     assert curve.steps == [0, 128]
 
 
+def test_a_seed_of_the_command_takes_the_place_of_that_of_the_file():
+    assert training.TrainingConfig.read("ppo-features").seed == 0
+    assert training.TrainingConfig.read("ppo-features", seed=7).seed == 7
+
+
+def test_a_seed_of_the_command_that_is_held_out_is_refused(capsys, tmp_path):
+    assert main(["train", "ppo-features", "--seed", "1000000", "--out", str(tmp_path / "out")]) == 2
+    assert "`seed` must be" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_misspelt_name_is_answered_with_the_shipped_trainings(capsys, tmp_path):
     assert main(["train", "ppo-feature", "--out", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err == (

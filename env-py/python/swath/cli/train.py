@@ -19,6 +19,7 @@ def train(
     config: Annotated[str, typer.Argument(metavar="CONFIG", help=f"A file or a shipped training: {_SHIPPED}.")],
     *,
     out: Annotated[Path, typer.Option(help="Folder for the training.")],
+    seed: Annotated[int | None, typer.Option(help="Takes the place of the configuration's seed.")] = None,
 ) -> None:
     """Train a policy with stable-baselines3, and compare it with scripted agents on held-out instances.
 
@@ -30,7 +31,8 @@ def train(
     from swath.training.table import table_of
 
     try:
-        curve = training.train(config, out=out, progress=True, say=typer.echo)
+        settings = training.TrainingConfig.read(config, seed=seed)
+        curve = training.train(settings, out=out, progress=True, say=typer.echo)
     except KeyboardInterrupt:
         raise Stopped("stopped: the same command goes on from the last checkpoint") from None  # noqa: TRY003
     typer.echo(table_of(curve), nl=False)

@@ -114,19 +114,21 @@ class TrainingConfig:
     evaluation: Evaluation | None
 
     @classmethod
-    def read(cls, source: str | os.PathLike[str]) -> TrainingConfig:
+    def read(cls, source: str | os.PathLike[str], *, seed: int | None = None) -> TrainingConfig:
         """Reads a file, or a shipped configuration by its name (`ppo-features`).
 
         Args:
             source: The file or the name.
+            seed: Takes the place of the file's seed; None: the file's own.
 
         Raises:
             ConfigError: If there is neither, or for the first key that cannot be used.
         """
         shipped = dict(_native.shipped_trainings())
         name = os.fspath(source)
+        instead = {} if seed is None else {"seed": seed}
         if name in shipped:
-            return cls.check(_native.parse_toml(shipped[name], name), name=name)
+            return cls.check(_native.parse_toml(shipped[name], name) | instead, name=name)
         path = Path(source)
         try:
             text = path.read_text(encoding="utf-8")
@@ -136,7 +138,7 @@ class TrainingConfig:
         except (OSError, UnicodeDecodeError) as error:
             text = f"cannot read {name}: {error}"
             raise ConfigError(text) from error
-        return cls.check(_native.parse_toml(text, path.name), name=path.stem, folder=path.parent)
+        return cls.check(_native.parse_toml(text, path.name) | instead, name=path.stem, folder=path.parent)
 
     @classmethod
     def check(
