@@ -95,7 +95,7 @@ class Played:
 
 def agents() -> dict[str, bool]:
     """Returns the name of every agent of the registry, and whether it sees only what the mower may know."""
-    return {name: all(more) for name, _, _, *more in _native.agents()}
+    return {name: is_online for name, _, _, is_online in _native.agents()}
 
 
 def play(parts: Sequence[Part], out: Path, jobs: int | None) -> list[Played]:
