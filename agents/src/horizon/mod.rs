@@ -98,7 +98,8 @@ pub struct HorizonOptions {
     /// Time for a plan, milliseconds, up to an hour: as many of the changes as there is time for. The first plan, which is made
     /// once for a pasture, has 20 times as long. Infinite: no limit, and the same is decided everywhere.
     pub time_ms: f64,
-    /// How far from either end of the bar a weed is planned to pass, metres, for mowers that do not keep to their path.
+    /// How far from either end of the bar a weed is planned to pass, metres, for mowers that do not keep to their path; with half
+    /// the deck or more, weeds pass under its middle.
     pub bar_margin_m: f64,
 }
 
@@ -124,7 +125,7 @@ impl HorizonOptions {
             let expected = format!("from 0 to {MOST_TIME_MS}, or inf");
             return Err(ConfigError::value("horizon.time_ms", expected, time_ms));
         }
-        if !(0.0..1000.0).contains(&bar_margin_m) {
+        if !(0.0..=1000.0).contains(&bar_margin_m) {
             return Err(ConfigError::value("horizon.bar_margin_m", "from 0 to 1000", bar_margin_m));
         }
         Ok(self)

@@ -412,7 +412,7 @@ mod tests {
         assert_eq!((ground.open(), ground.missed()), (0, 0));
         // Of a pasture of 100 x 40 m in cells of 1 m nothing was seen: one cell in four of half that size holds a middle.
         let grid = Grid::new(site.length_m, site.width_m);
-        let mut seen = SeenGround::none(Arc::new(grid.clone()));
+        let mut seen = SeenGround::none(Arc::new(grid));
         assert!(ground.reopen(&seen));
         assert_eq!((ground.open(), ground.missed(), all), (4_000, 4_000, 16_000));
         // Once more changes nothing.

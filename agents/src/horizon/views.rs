@@ -378,7 +378,7 @@ mod tests {
         let site = site("");
         let size_m = (single(site.length_m), single(site.width_m));
         let grid = Grid::new(site.length_m, site.width_m);
-        let mut seen = SeenGround::none(Arc::new(grid.clone()));
+        let mut seen = SeenGround::none(Arc::new(grid));
         let last = (grid.columns() - 1, grid.rows() - 1);
         for row in 0..grid.rows() {
             for column in (0..grid.columns()).filter(|&column| (column, row) != last) {
@@ -392,8 +392,11 @@ mod tests {
             ground.settle_band(0.0, size_m.1);
             ground.reopen(&seen);
             assert_eq!(ground.open(), 1);
-            Views { plan: &mut plan, ground: &mut ground, size_m, until: None }
-                .mend(5, 500, &mut agent_rng(seed));
+            Views { plan: &mut plan, ground: &mut ground, size_m, until: None }.mend(
+                5,
+                500,
+                &mut agent_rng(seed),
+            );
             assert_eq!(ground.missed(), 0, "seed {seed}");
         }
     }

@@ -26,6 +26,7 @@ pub(super) struct Ways {
 
 /// Where the mower may drive.
 #[derive(Debug, Clone, Copy)]
+#[expect(clippy::struct_field_names, reason = "units are in names")]
 struct Fence {
     length_m: f64,
     width_m: f64,
