@@ -495,8 +495,11 @@ impl Agent for Horizon {
         let ahead = Command { curvature_per_m: 0.0, distance_m: PIECE_M };
         let command = match state.route.next(view) {
             Some(command) => command,
-            // There is ground that can be seen from nowhere, and no row over it is left.
-            None if state.plan.nodes.is_empty() => return Decision::Capped,
+            // No row is left over ground that can be seen from nowhere: under the bar at least its cells of 1 m were seen.
+            None if state.plan.nodes.is_empty() => {
+                let is_seen = view.ground.unseen_count() == 0;
+                return if is_seen { Decision::Done } else { Decision::Capped };
+            }
             None => ahead,
         };
         Decision::Drive(Command { distance_m: command.distance_m.min(to_look_m), ..command })

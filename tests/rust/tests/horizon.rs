@@ -115,6 +115,16 @@ fn a_narrow_headland_is_kept() {
 }
 
 #[test]
+fn a_sensor_that_is_smaller_than_a_piece_of_ground_has_it_drive_rows() {
+    for size_m in ["1.0", "0.4"] {
+        let overlay = format!("sensor.range_m = {size_m}\nsensor.width_m = {size_m}");
+        let summary = run("horizon:iterations=100", &scenario("cowbot-field", &overlay), 0);
+        assert_whole(&summary, &overlay);
+        assert!(summary.path_length_m <= summary.bcp_length_m, "{overlay}: {summary:?}");
+    }
+}
+
+#[test]
 fn wide_turns_stay_on_a_headland_that_has_just_room_for_them() {
     for radius_m in [4.0, 5.0] {
         let overlay = format!(
