@@ -119,6 +119,15 @@ def test_one_agent_on_one_instance_has_a_report_too(call):
     assert "nan" not in re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
 
 
+def test_agents_that_had_nothing_to_do_have_a_report_too(call):
+    Path("bare.toml").write_text("[weeds]\ncount = 0\n")
+    evaluated("bare.toml", agents=["clairvoyant", "snake"], instances=3)
+    assert call("report", "out")[0] == 0
+    page = Path("out/report.html").read_text()
+    assert "clairvoyant, all alike: 0.0 % path" in page
+    assert "nan" not in re.sub(r"<script.*?</script>", "", page, flags=re.DOTALL)
+
+
 def test_the_same_folder_gives_the_same_bytes():
     study = evaluated("swept.toml", agents=["r-snake", "jump"], instances=2)
     assert page_of(study) == page_of(Evaluated.read(Path("out")))

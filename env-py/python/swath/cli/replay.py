@@ -56,7 +56,7 @@ def replay(
         write_film(episodes, out, fps=fps or _FPS, seconds=seconds)
     for episode in episodes:
         typer.echo(
-            f"{episode.agent}: {episode.path_length_m:.0f} m, {100 * episode.path_fraction:.1f} % of the boustrophedon "
+            f"{episode.agent}: {episode.path_length_m:.1f} m, {100 * episode.path_fraction:.1f} % of the boustrophedon "
             f"path, {episode.weeds_mowed} of {episode.weeds_total} weeds mowed"
         )
     typer.echo(f"wrote {out}")

@@ -74,6 +74,7 @@ def data_of(episodes: Sequence[Episode], lines: Sequence[int] | None = None) -> 
                 "outcome": episode.outcome,
                 "length_m": episode.path_length_m,
                 "boustrophedon_m": episode.bcp_length_m,
+                "start": episode.trajectory[0, :3].tolist(),
                 "arcs": _float32(episode.arcs),
                 "detected_m": _float32(episode.weed_detected_path_m),
                 "mowed_m": _float32(episode.weed_mowed_path_m),

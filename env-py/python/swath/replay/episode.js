@@ -37,6 +37,8 @@ class Episode {
       this.arcs.push({ x, y, heading, curvature, length, sinceM });
       sinceM += length;
     }
+    const [x, y, heading] = data.start;
+    this.start = { x, y, heading };
     this.arcStartsM = this.arcs.map((arc) => arc.sinceM);
     this.mowedOrderM = this.mowedM.filter(Number.isFinite).sort();
     // A weed may be mowed undetected.
@@ -51,7 +53,7 @@ class Episode {
   // Where the mower is: metres and radians.
   poseAt(pathM) {
     const arc = this.arcs[Math.max(0, countUpTo(this.arcStartsM, pathM) - 1)];
-    if (!arc) return { x: 0, y: 0, heading: 0 };
+    if (!arc) return this.start;
     const along = Math.max(0, Math.min(pathM - arc.sinceM, arc.length));
     const heading = arc.heading + arc.curvature * along;
     if (Math.abs(arc.curvature) < 1e-6) {
