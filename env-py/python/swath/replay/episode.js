@@ -22,6 +22,10 @@ const TICK_M = 1e-3; // Lengths come as float32.
 class Episode {
   constructor(data) {
     this.label = data.label;
+    this.title = data.yardstick ? `${data.label} (yardstick)` : data.label;
+    this.yardstick = data.yardstick;
+    this.colour = `--line-${data.colour}`;
+    this.dash = data.dash;
     this.outcome = data.outcome;
     this.lengthM = data.length_m;
     this.boustrophedonM = data.boustrophedon_m;
@@ -43,7 +47,7 @@ class Episode {
     this.mowedOrderM = this.mowedM.filter(Number.isFinite).sort();
     // A weed may be mowed undetected.
     this.metM = this.detectedM.map((detectedM, weed) => Math.min(detectedM, this.mowedM[weed]));
-    this.seenOrder = this.seenStep.filter((step) => step < 65535).sort();
+    this.seenM = numbersOf(data.seen_m, Float32Array);
   }
 
   isOver(pathM) {
@@ -106,7 +110,8 @@ class Episode {
       mowed,
       detected: met - mowed,
       undetected: this.mowedM.length - met,
-      seenPercent: (100 * countUpTo(this.seenOrder, this.seenStepAt(pathM))) / (this.seenStep.length || 1),
+      // Whole thousandths: what is not whole is not called whole.
+      seenPercent: (countUpTo(this.seenM, pathM + TICK_M) - 1) / 10,
     };
   }
 }

@@ -119,7 +119,10 @@ def _what(group: Group) -> str:
 
 
 def _legend(evaluated: Evaluated) -> str:
-    entries = "".join(f"<li>{swatch(agent)} {escape(label)}</li>" for agent, label in enumerate(evaluated.agents))
+    entries = "".join(
+        f"<li>{swatch(look)} {tables.name_of(label)}</li>"
+        for look, label in zip(evaluated.styles, evaluated.agents, strict=True)
+    )
     return f'<ul class="legend" aria-label="Legend">{entries}</ul>\n'
 
 
@@ -148,7 +151,7 @@ def _replay(evaluated: Evaluated, extreme: Extreme, name: str, episodes: Sequenc
         f"{label}, {extreme.kind}: {evaluated.path_percent[at]:.1f} % path, {evaluated.mowed_percent[at]:.0f} % mowed "
         f"({place.name}{swept}, seed {evaluated.seed + extreme.instance})"
     )
-    summary = f"<summary>{swatch(extreme.agent)} {escape(title)}</summary>"
+    summary = f"<summary>{swatch(evaluated.styles[extreme.agent])} {escape(title)}</summary>"
     if not episodes:
         reason = "It cannot be driven again from this folder: its scenario or its agent is not there."
         return f'<details class="replay">{summary}<p>{reason}</p></details>\n'
@@ -158,7 +161,9 @@ def _replay(evaluated: Evaluated, extreme: Extreme, name: str, episodes: Sequenc
             f'<p class="about">This build of swath drives {episodes[0].path_length_m:.1f} m here, where the evaluation '
             f"has {evaluated.path_m[at]:.1f} m: it is another build.</p>"
         )
-    block = json_block(name, data_of(episodes, [evaluated.agents.index(episode.agent) for episode in episodes]))
+    block = json_block(
+        name, data_of(episodes, [evaluated.styles[evaluated.agents.index(episode.agent)] for episode in episodes])
+    )
     return f'<details class="replay" data-replay="{name}">{summary}{note}<div class="player"></div></details>\n{block}'
 
 

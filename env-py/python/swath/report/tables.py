@@ -9,11 +9,19 @@ from typing import TYPE_CHECKING
 
 from swath.evaluation.statistics import Spread, spread
 from swath.report.chart import swatch
+from swath.styles import YARDSTICK, is_yardstick, title_of
 
 if TYPE_CHECKING:
     from swath.report.groups import Group
 
-__all__ = ["matrix", "of_group", "of_places", "table"]
+__all__ = ["matrix", "name_of", "of_group", "of_places", "table"]
+
+
+def name_of(label: str) -> str:
+    """Returns an agent's label as HTML: a yardstick stands apart."""
+    if not is_yardstick(label):
+        return escape(label)
+    return f'<i class="yardstick" title="{escape(YARDSTICK)}">{escape(title_of(label))}</i>'
 
 
 def of_group(group: Group) -> str:
@@ -25,7 +33,7 @@ def of_group(group: Group) -> str:
         outcomes = evaluated.outcomes[list(group.numbers), agent].ravel().tolist()
         rows.append(
             [
-                f"{swatch(agent)} {escape(label)}",
+                f"{swatch(evaluated.styles[agent])} {name_of(label)}",
                 f"{group.mean(evaluated.path_m, agent)['mean']:.0f}",
                 _interval(group.mean(evaluated.path_percent, agent)),
                 _interval(group.mean(evaluated.mowed_percent, agent)),
