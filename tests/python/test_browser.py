@@ -229,6 +229,29 @@ def test_a_report_fits_its_window(page, report, width, scheme):
     keep(page, f"report-{width}-{scheme}")
 
 
+def test_a_table_that_is_too_wide_moves_beneath_its_first_column(page, tmp_path):
+    agents = "bcp,bcp-tsp,react,jump,snake,r-snake,greedy,horizon,learned,clairvoyant"
+    out = tmp_path / "out"
+    command = ["evaluate", "cowbot-field", "--agents", agents, "--instances", "2", "--out", str(out)]
+    assert main(command) == 0
+    assert main(["report", str(out)]) == 0
+    page.set_viewport_size({"width": 1280, "height": 720})
+    page.goto((out / "report.html").as_uri())
+    table = page.locator(".wide").nth(1)
+    heads, cells = table.locator("tbody th"), table.locator("tbody td:nth-child(2)")
+    table.scroll_into_view_if_needed()
+    before = heads.first.bounding_box(), cells.first.bounding_box()
+    assert table.evaluate("table => table.scrollWidth > table.clientWidth")
+    table.evaluate("table => { table.scrollLeft = 300; }")
+    after = heads.first.bounding_box(), cells.first.bounding_box()
+    assert after[0] == before[0]
+    assert after[1]["x"] == before[1]["x"] - 300
+    # What moves beneath the first column is hidden there.
+    middle = after[0]["x"] + after[0]["width"] / 2, after[0]["y"] + after[0]["height"] / 2
+    assert page.evaluate("at => document.elementFromPoint(...at).closest('th, td').tagName", middle) == "TH"
+    keep(page, "report-ten-agents")
+
+
 def test_a_report_plays_the_replay_that_is_opened(page, report):
     page.goto(report.as_uri())
     assert page.locator("canvas").count() == 0, "nothing is decoded before it is asked for"

@@ -21,7 +21,8 @@ const LEAST_PLOT_PX = 48;
 const COMPACT_PX = { panel: 400, width: 760, height: 520 };
 
 class Player {
-  // Builds the player into `root`; keys are heard on `keys`. What stands above it is in the same window if that is the page.
+  // Builds the player into `root`; keys are heard on `keys`. In the same window shall be what stands above it: on a page
+  // of its own all, else what its parent element has.
   constructor(root, data, keys) {
     this.root = root;
     this.isPage = keys === document;
@@ -71,7 +72,7 @@ class Player {
     if (!width) return;
     const isSmall = width < COMPACT_PX.width || height < COMPACT_PX.height;
     this.root.classList.toggle("small", isSmall);
-    const above = this.isPage ? this.root.offsetTop : 0;
+    const above = this.root.offsetTop - (this.isPage ? 0 : this.root.parentElement.offsetTop);
     const last = this.below.at(-1);
     const below = last.offsetTop + last.offsetHeight - this.row.offsetTop - this.row.offsetHeight;
     const room = height - above - below - GAP_PX;

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from swath.evaluation.statistics import Spread, interval
 from swath.report.chart import Frame, Scale, colour, dashes, marker, ticks
+from swath.styles import title_of
 
 if TYPE_CHECKING:
     from swath.report.groups import Group, Panel
@@ -22,6 +23,7 @@ _UNITS = {"m": "m", "mps": "m/s", "s": "s", "rad": "rad", "j": "J", "radps": "ra
 _BINS = 60
 _LOG_FROM = 8.0
 _ASIDE_PX = 3.0
+_HILL_PX = 30.0
 
 
 def over_value(group: Group, panel: Panel, measure: str, values: npt.NDArray[np.float64]) -> str:
@@ -63,11 +65,17 @@ def distributions(group: Group, measure: str, values: npt.NDArray[np.float64]) -
 
     def row(frame: Frame, agent: int, x: Scale, base: float) -> str:
         counts, edges = np.histogram(pooled[agent], bins=_BINS, range=(low, high))
-        tall = 30.0 / max(1, counts.max())
+        most = int(counts.max())
+        tall = _HILL_PX / most
         steps = "".join(
             f"V{round(base - tall * count, 1)}H{x(float(edge))}" for count, edge in zip(counts, edges[1:], strict=True)
         )
         frame.add(f'<path d="M{x(low)} {base}{steps}V{base}Z" class="hill {colour(styles[agent])}"/>')
+        frame.line(x(low), base, x(low), base - _HILL_PX, "axis")
+        for count in (0, most):
+            at = round(base - tall * count, 1)
+            frame.line(x(low) - 4, at, x(low), at, "axis")
+            frame.text(x(low) - 6, at + 4, f"{count}", "end small")
         fifth, median, last = (float(number) for number in np.percentile(pooled[agent], [5, 50, 95]))
         frame.line(x(fifth), base + 3, x(last), base + 3, f"whisker {colour(styles[agent])}")
         frame.line(x(median), base - 2, x(median), base + 8, "median")
@@ -76,7 +84,9 @@ def distributions(group: Group, measure: str, values: npt.NDArray[np.float64]) -
         )
         return f"{median:.1f} ({fifth:.1f} to {last:.1f})"
 
-    return _rows(group, (low, high), f"{MEASURES[measure]}, one episode each", "median (5 to 95 %)", row)
+    heights = f"\u2191 episodes per {(high - low) / _BINS:.2g} %"
+    label = f"{MEASURES[measure]}, one episode each"
+    return _rows(group, (low, high), label, "median (5 to 95 %)", row, heights=heights)
 
 
 def differences(group: Group, measure: str, values: npt.NDArray[np.float64]) -> str:
@@ -90,7 +100,7 @@ def differences(group: Group, measure: str, values: npt.NDArray[np.float64]) -> 
         one, look = spreads[agent], evaluated.styles[agent]
         if agent == versus:
             frame.add(marker(look, x(0.0), base - 10, "the others are compared with it", 5))
-            return "the others less this one"
+            return "0: the reference"
         ends = _ends(one)
         frame.line(x(ends[0]), base - 10, x(ends[-1]), base - 10, f"whisker {colour(look)}")
         text = interval(one, sign="+")
@@ -109,15 +119,20 @@ def _rows(
     draw: Callable[[Frame, int, Scale, float], str],
     *,
     zero: bool = False,
+    heights: str = "",
 ) -> str:
-    """Draws a row for each agent: its name, what `draw` draws, and the text that it returns."""
-    agents = group.evaluated.agents
-    left, right, pitch = 28 + round(6.6 * max(len(agent) for agent in agents)), 450, 44
+    """Draws a row for each agent: its name, what `draw` draws, and the text that it returns.
+
+    `heights` says what the rows' own axes count.
+    """
+    agents = [title_of(agent) for agent in group.evaluated.agents]
+    left, right, pitch = 28 + 30 * bool(heights) + round(6.6 * max(len(agent) for agent in agents)), 450, 44
     bottom = 24 + pitch * len(agents)
     frame = Frame(620, bottom + 42, f"{label}, a row for each agent", "rows")
     x = Scale(*limits, left, right)
     frame.x_axis(x, bottom, ticks(*limits, 6), label, top_px=20)
     frame.text(right + 14, 14, numbers, "start")
+    frame.text(2, 14, heights, "start")
     if zero:
         frame.line(x(0.0), bottom, x(0.0), 20, "zero")
     for agent, name in enumerate(agents):

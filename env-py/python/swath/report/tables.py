@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -9,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from swath.evaluation.statistics import Spread, spread
 from swath.report.chart import swatch
+from swath.share import share
 from swath.styles import YARDSTICK, is_yardstick, title_of
 
 if TYPE_CHECKING:
@@ -36,7 +38,7 @@ def of_group(group: Group) -> str:
                 f"{swatch(evaluated.styles[agent])} {name_of(label)}",
                 f"{group.mean(evaluated.path_m, agent)['mean']:.0f}",
                 _interval(group.mean(evaluated.path_percent, agent)),
-                _interval(group.mean(evaluated.mowed_percent, agent)),
+                _interval(group.mean(evaluated.mowed_percent, agent), most=100.0),
                 "" if agent == versus else _difference(group.difference(evaluated.path_percent, agent, versus)),
                 _counts(outcomes),
             ]
@@ -51,20 +53,20 @@ def of_places(group: Group) -> str:
     keys = list(evaluated.places[group.numbers[0]].values)
     rows = []
     for number in group.numbers:
+        values = escape(", ".join(str(evaluated.places[number].values[key]) for key in keys))
         for agent, label in enumerate(evaluated.agents):
             points = evaluated.path_percent[number, agent] - evaluated.path_percent[number, versus]
             rows.append(
                 [
-                    *(escape(str(evaluated.places[number].values[key])) for key in keys),
-                    escape(label),
+                    f"{values}{': ' * bool(values)}{name_of(label)}",
                     f"{evaluated.path_m[number, agent].mean():.0f}",
                     _interval(spread(evaluated.path_percent[number, agent].tolist())),
-                    _interval(spread(evaluated.mowed_percent[number, agent].tolist())),
+                    _interval(spread(evaluated.mowed_percent[number, agent].tolist()), most=100.0),
                     "" if agent == versus else _difference(spread(points.tolist())),
                     _counts(evaluated.outcomes[number, agent].tolist()),
                 ]
             )
-    return table([*map(escape, keys), *_heads("agent", evaluated.versus)], rows)
+    return table(_heads(f"{escape(', '.join(keys))}{': ' * bool(keys)}agent", evaluated.versus), rows)
 
 
 def matrix(group: Group) -> str:
@@ -76,8 +78,8 @@ def matrix(group: Group) -> str:
             "" if agent == other else _difference(group.difference(evaluated.path_percent, agent, other))
             for other in range(len(evaluated.agents))
         ]
-        rows.append([escape(label), *cells])
-    return table(["path of &#8600; minus path of &#8594;", *map(escape, evaluated.agents)], rows)
+        rows.append([name_of(label), *cells])
+    return table(["path of &#8600; minus path of &#8594;", *map(name_of, evaluated.agents)], rows)
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -104,10 +106,13 @@ def _heads(first: str, versus: str) -> list[str]:
     ]
 
 
-def _interval(one: Spread) -> str:
+def _interval(one: Spread, *, most: float = math.inf) -> str:
+    """Returns a mean with its interval, cut to what can be: from 0 to `most`."""
+    mean = share(one["mean"], 2, whole=most)
     if one["low"] is None or one["high"] is None:
-        return f"{one['mean']:.2f}"
-    return f"{one['mean']:.2f} <small>[{one['low']:.2f}, {one['high']:.2f}]</small>"
+        return mean
+    low, high = max(one["low"], 0.0), min(one["high"], most)
+    return f"{mean} <small>[{share(low, 2, whole=most)}, {share(high, 2, whole=most)}]</small>"
 
 
 def _difference(one: Spread) -> str:
