@@ -14,7 +14,8 @@ function element(name, attributes = {}, children = []) {
   return made;
 }
 
-// Pictures that stand beside each other may be this much smaller than they would be above each other.
+// Pictures stand beside each other where each has so much room, or is not much smaller than above each other.
+const BESIDE_PX = 250;
 const BESIDE_SHARE = 0.5;
 const GAP_PX = 12;
 const LEAST_PLOT_PX = 48;
@@ -79,7 +80,8 @@ class Player {
     const count = this.panels.length;
     const scales = this.panels.map((_, fewer) => this.scaleOf(fewer + 1, width, room));
     const best = Math.max(...scales);
-    const columns = scales[count - 1] >= BESIDE_SHARE * best ? count : scales.indexOf(best) + 1;
+    const isBeside = this.arrange(count, width) >= BESIDE_PX || scales[count - 1] >= BESIDE_SHARE * best;
+    const columns = isBeside ? count : scales.indexOf(best) + 1;
     this.arrange(columns, width);
     for (const { scene } of this.panels) scene.fit(scales[columns - 1], this.bounds);
     this.draw();
