@@ -61,7 +61,8 @@ const WEEDS: usize = 10;
 const FIRST_WEEDS: usize = 40;
 /// Another plan is taken if it is so much shorter, metres: a mower that often changes its mind drives to and fro.
 const WORTH_M: f32 = 1.0;
-/// A plan is long when the mower has driven so many boustrophedon paths.
+/// Nothing comes of it any more when the mower has driven so many boustrophedon paths, or rows over everything where the headland
+/// makes those longer.
 const CAP: f64 = 3.0;
 
 /// Share of the ground that must be seen before its weeds tell how many there are elsewhere.
@@ -483,7 +484,7 @@ impl Agent for Horizon {
             }
             state.planned_at_m = f64::NEG_INFINITY;
         }
-        if view.path_m > CAP * view.site.bcp_length_m {
+        if view.path_m > CAP * view.site.bcp_length_m.max(state.rows_m.into()) {
             return Decision::Capped;
         }
         if state.is_due(view) {
