@@ -2,11 +2,13 @@
 
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
+use proptest::prelude::*;
 use swath_agents::registry::AgentSpec;
 use swath_agents::runner::{run_agent, run_summary};
 use swath_core::config::{Document, ValidScenario};
 use swath_core::env::{Env, Summary};
 use swath_core::episode::Outcome;
+use swath_tests::cases::cases;
 
 fn scenario(pasture: &str, overlay: &str) -> ValidScenario {
     let mut document = Document::open(pasture).unwrap();
@@ -44,6 +46,26 @@ fn every_weed_is_mowed_and_all_ground_seen_whatever_the_mower_and_its_sensor() {
                 &format!("{pasture}, {overlay}, {seed}"),
             );
         }
+    }
+}
+
+proptest! {
+    #![proptest_config(cases())]
+
+    #[test]
+    fn every_weed_is_mowed_and_all_ground_seen_on_any_pasture_by_any_mower(
+        (length_m, width_m) in (12.0..60.0, 12.0..40.0), radius_m in 1.0..5.0, deck_m in 0.5..3.0,
+        (range_m, sensor_m) in (8.0..20.0, 8.0..20.0), headlands in prop_oneof![Just(f64::INFINITY), 2.0..6.0],
+        weeds in 0..90, seed in 0..1000_u64,
+    ) {
+        // A turning circle beside each place is room enough.
+        let scenario = scenario("pasture", &format!(
+            "pasture.length_m = {length_m}\npasture.width_m = {width_m}\npasture.headland_m = {:?}\n\
+             mower.turning_radius_m = {radius_m}\nmower.deck_width_m = {deck_m}\n\
+             sensor.range_m = {range_m}\nsensor.width_m = {sensor_m}\nweeds.count = {weeds}",
+            headlands * radius_m,
+        ));
+        assert_whole(&run("horizon:iterations=50", &scenario, seed), "it is printed above");
     }
 }
 
