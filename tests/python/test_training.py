@@ -220,7 +220,8 @@ def test_a_seed_of_the_command_that_is_held_out_is_refused(capsys, tmp_path):
 def test_a_misspelt_name_is_answered_with_the_shipped_trainings(capsys, tmp_path):
     assert main(["train", "ppo-feature", "--out", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err == (
-        f"swath: cannot read ppo-feature: no such file, and no shipped training ({', '.join(SHIPPED)})\n"
+        f"swath: cannot read ppo-feature: no such file, and no shipped training ({', '.join(SHIPPED)}); "
+        "did you mean `ppo-features`?\n"
     )
 
 

@@ -133,7 +133,8 @@ class TrainingConfig:
         try:
             text = path.read_text(encoding="utf-8")
         except FileNotFoundError:
-            text = f"cannot read {name}: no such file, and no shipped training ({', '.join(shipped)})"
+            hint = keys.did_you_mean(name, shipped)
+            text = f"cannot read {name}: no such file, and no shipped training ({', '.join(shipped)}){hint}"
             raise ConfigError(text) from None
         except (OSError, UnicodeDecodeError) as error:
             text = f"cannot read {name}: {error}"
