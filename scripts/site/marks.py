@@ -10,7 +10,7 @@
 | `scenario` | every key of a scenario, from the JSON Schema |
 | `commands` | the help of every command |
 | `toml PATH` | a file of the repository as code |
-| `rust PATH` | the first example in the documentation of a Rust file, which `cargo test --doc` runs |
+| `rust PATH` | the same, in Rust |
 | `file PATH` | another page of the repository |
 """
 
@@ -131,12 +131,7 @@ def _toml(name: str, _: str) -> str:
 
 
 def _rust(name: str, _: str) -> str:
-    lines = [line.strip().removeprefix("///").removeprefix(" ") for line in _text(name).splitlines() if "///" in line]
-    if "```" not in lines:
-        text = f"there is no example in {name}"
-        raise MarkError(text)
-    example = lines[lines.index("```") + 1 :]
-    return "\n".join(["```rust", *example[: example.index("```")], "```"])
+    return f"```rust\n{_text(name)}```"
 
 
 def _file(name: str, page: str) -> str:
