@@ -238,6 +238,16 @@ def test_a_missing_package_is_answered_with_the_extra_that_brings_it(package, mo
 # The training itself
 
 
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_the_quick_training_is_worth_its_minutes(tmp_path):
+    curve = training.train("quick", out=tmp_path / "out")
+    first, last = curve.steps[0], curve.steps[-1]
+    assert curve.path_m("policy", last)["mean"] < 0.8 * curve.path_m("policy", first)["mean"]
+    assert curve.longer_m(last, "snake")["high"] < 0
+    assert curve.weeds_mowed("policy", last)["mean"] > 19.5
+
+
 @pytest.mark.parametrize("small", SMALL)
 def test_a_killed_training_goes_on_from_its_last_checkpoint_and_ends_as_if_it_had_not_been_killed(small, tmp_path):
     config = TrainingConfig.check(SMALL[small])
