@@ -27,7 +27,7 @@ from scripts.site import commands, scenario
 
 from swath import _native
 
-__all__ = ["ENVIRONMENT_PAGES", "FILE_PAGES", "MarkError", "address_of", "agents", "expand", "races_in"]
+__all__ = ["DATA_FILES", "ENVIRONMENT_PAGES", "FILE_PAGES", "MarkError", "address_of", "agents", "expand", "races_in"]
 
 ROOT = Path(__file__).parents[2]
 
@@ -40,6 +40,9 @@ FILE_PAGES = {
     "examples/two_machines/README.md": "remote/two-machines.md",
 }
 """Pages of the repository that lie elsewhere, and where on the site they are."""
+
+DATA_FILES = {"benchmarks/LEAGUE.csv": "figures/LEAGUE.csv"}
+"""Data of the repository that pages link to, and where on the site it is."""
 
 ENVIRONMENT_PAGES = {"swath/MowerRouting-v0": "environments/mower-routing.md"}
 """The page of every environment."""
