@@ -69,8 +69,10 @@ def contest(folder: Path, weeds: str) -> str:
 
 def again(data: Path) -> str:
     """The policy of a second training beside the one that is shipped, on the same instances."""
-    head = "| weeds | shipped, m | again, m | again - shipped, m | % | weeds mowed again, % |"
-    lines = [head, "|---|---|---|---|---|---|"]
+    lines = [
+        "| weeds | shipped, m | again, m | again - shipped, m | % | weeds mowed again, % |",
+        "|---|---|---|---|---|---|",
+    ]
     shipped, trained = read(data / "contest" / f"{LEARNED}.csv"), read(data / AGAIN)
     for weeds in COUNTS:
         one, two = ([row for row in rows if row["weeds_total"] == str(weeds)] for rows in (shipped, trained))

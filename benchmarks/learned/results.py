@@ -55,7 +55,7 @@ def play(agent: str, folder: Path, instances: int) -> None:
 def play_again(run: Path, file: Path, instances: int) -> None:
     """Plays the policy of another finished training on the same instances, and writes its episodes into a file."""
     player = load_policy(run)
-    assert player.card is not None, "a policy that was loaded has one"
+    assert player.card is not None, "the card of a policy that was read says what it was trained on"
     rows = []
     for count in COUNTS:
         scenario = swath.Scenario(player.card.scenario, weeds={"count": count})

@@ -6,8 +6,13 @@ use std::sync::mpsc;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use swath_agents::registry;
 use swath_agents::runner::{self, EpisodeResult};
 use swath_agents::timeline::Timeline;
+use swath_core::config::ValidScenario;
+use swath_core::env::{Beginning, Env};
+use swath_core::geometry::Pose;
+use swath_core::math::wrap_to_pi;
 use swath_core::site::Site;
 
 use crate::agent::AgentSpec;
@@ -22,6 +27,7 @@ use crate::weeds::points_from;
 #[pyclass(frozen, module = "swath._native")]
 pub(crate) struct Episode {
     result: EpisodeResult,
+    start: Pose,
 }
 
 #[pymethods]
@@ -34,10 +40,15 @@ impl Episode {
         Ok(dict)
     }
 
-    /// Points of the path at most 0.1 m apart, (n, 4).
+    /// Points of the path at most 0.1 m apart, (n, 4): the start alone where nothing was driven.
     #[getter]
     fn trajectory<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(py, &py.detach(|| self.result.trajectory.sample()))
+        let mut points = py.detach(|| self.result.trajectory.sample());
+        if points.is_empty() {
+            let Pose { x_m, y_m, heading_rad } = self.start;
+            points.push([x_m, y_m, wrap_to_pi(heading_rad), 0.0]);
+        }
+        matrix(py, &points)
     }
 
     /// The arcs of the path, (n, 5).
@@ -117,12 +128,31 @@ pub(crate) fn run_episode(
     let (sender, receiver) = mpsc::channel();
     let runner = std::thread::spawn(move || {
         let result = runner::run_episode(&scenario, &agent, seed.0, weeds.as_deref());
+        let start = start_of(&result, &scenario, &agent, seed.0);
         // Nobody listens after Ctrl-C.
-        let _ = sender.send(result);
+        let _ = sender.send(Episode { result, start });
     });
-    let result = receive(py, &Mutex::new(receiver))?;
-    if result.is_none() {
+    let episode = receive(py, &Mutex::new(receiver))?;
+    if episode.is_none() {
         ended(runner)?;
     }
-    Ok(Episode { result: result.expect("a thread that ended well has sent its result") })
+    Ok(episode.expect("a thread that ended well has sent its episode"))
+}
+
+/// Where an episode began, also one in which the mower did not move.
+fn start_of(
+    result: &EpisodeResult,
+    scenario: &ValidScenario,
+    agent: &registry::AgentSpec,
+    seed: u64,
+) -> Pose {
+    if let Some(first) = result.trajectory.arcs().first() {
+        return first.start;
+    }
+    let weeds = result.weeds.positions();
+    let agent = if agent.is_online() { agent.build(seed) } else { agent.build_for(seed, weeds) };
+    let mut env = Env::new(scenario);
+    let start = agent.start(env.site());
+    env.reset_from(seed, Beginning { weeds: Some(weeds), start });
+    env.view().pose
 }

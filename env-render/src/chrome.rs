@@ -61,17 +61,16 @@ pub(crate) struct Status {
 
 impl Status {
     /// The same in more and in fewer words.
-    fn texts(&self) -> [String; 4] {
+    fn texts(&self) -> [String; 3] {
         let Self { path_m, mowed, detected, undetected, seen_fraction } = *self;
         let all = mowed + detected + undetected;
-        // What is not whole is not called whole.
-        let seen = (1e3 * seen_fraction).floor() / 10.0;
+        // What is not whole is not called whole. The decimals are the same however much room there is.
+        let seen = (1e3 * seen_fraction + 1e-9).floor() / 10.0;
         let weeds = format!("weeds: {mowed} mowed, {detected} detected, {undetected} undetected");
         [
             format!("path {path_m:.1} m · {weeds} · {seen:.1} % seen"),
-            format!("path {path_m:.0} m · {weeds} · {:.0} % seen", seen.floor()),
-            format!("{path_m:.0} m · {mowed} of {all} mowed · {:.0} % seen", seen.floor()),
-            format!("{path_m:.0} m · {mowed}/{all}"),
+            format!("{path_m:.1} m · {mowed} of {all} mowed · {seen:.1} % seen"),
+            format!("{path_m:.1} m · {mowed}/{all}"),
         ]
     }
 }
@@ -144,25 +143,39 @@ impl Chrome {
         let (left, top) = (area.left as f32, area.top as f32);
         let bottom = top + area.height as f32;
         let tick = 4.0 * zoom;
-        let widest =
-            [0, 1].map(|end| text.width(&label_of([window.low_m, window.high_m][end][0].round())));
-        let every_m =
-            round_length(f64::from(widest[0].max(widest[1]) + 14.0 * zoom) / plot.px_per_m);
-        for x_m in multiples(every_m, window.low_m[0], window.high_m[0]) {
+        let widest = [0, 1]
+            .map(|end| text.width(&label_of([window.low_m, window.high_m][end][0].round())))
+            .into_iter()
+            .fold(0.0, f32::max);
+        let x_axis = Ticks::new(plot, 0, widest + 14.0 * zoom, 0.0);
+        let is_tight = x_axis.pitch_px(plot) < widest + 3.0 * zoom;
+        for (x_m, end) in x_axis.ends() {
             let x = left + plot.x(x_m);
             stroke(pixmap, line([(x, bottom), (x, bottom + tick)]).as_ref(), zoom, FAINT_INK);
             let label = label_of(x_m);
+            // Where labels would touch, those of the ends stand outside their ticks.
+            let (anchor, half) = match end {
+                _ if !is_tight => (Anchor::Middle, 0.5 * text.width(&label)),
+                Some(End::First) => (Anchor::Right, 0.0),
+                Some(End::Last) => (Anchor::Left, 0.0),
+                None => continue,
+            };
             // Labels stay within the picture, and left of that of the other axis's there is nothing to hit.
-            let half = 0.5 * text.width(&label);
             let x = x.clamp(half, pixmap.width() as f32 - half);
-            text.draw(pixmap, &label, (x, bottom + 15.0 * zoom), Anchor::Middle, INK);
+            text.draw(pixmap, &label, (x, bottom + 15.0 * zoom), anchor, INK);
         }
-        let every_m =
-            round_length(f64::from(22.0 * zoom) / plot.px_per_m).max(1.0_f64.min(every_m));
-        for y_m in multiples(every_m, window.low_m[1], window.high_m[1]) {
+        let y_axis = Ticks::new(plot, 1, 22.0 * zoom, 1.0_f64.min(x_axis.every_m));
+        let is_tight = y_axis.pitch_px(plot) < 12.0 * zoom;
+        for (y_m, end) in y_axis.ends() {
             let y = top + plot.y(y_m);
             stroke(pixmap, line([(left - tick, y), (left, y)]).as_ref(), zoom, FAINT_INK);
-            let at = (left - 6.0 * zoom, y + 4.0 * zoom);
+            let aside = match end {
+                _ if !is_tight => 0.0,
+                Some(End::First) => 4.0 * zoom,
+                Some(End::Last) => -4.0 * zoom,
+                None => continue,
+            };
+            let at = (left - 6.0 * zoom, y + aside + 4.0 * zoom);
             text.draw(pixmap, &label_of(y_m), at, Anchor::Right, INK);
         }
     }
@@ -281,6 +294,53 @@ fn swatch(
     }
 }
 
+/// Where the ticks of an axis are.
+#[derive(Debug, Clone)]
+struct Ticks {
+    every_m: f64,
+    at_m: Vec<f64>,
+}
+
+/// Which end of an axis a tick is nearest to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum End {
+    First,
+    Last,
+}
+
+impl Ticks {
+    /// At round metres, `room_px` and `least_m` apart at least, but two in any case.
+    fn new(plot: &Plot, axis: usize, room_px: f32, least_m: f64) -> Self {
+        let (low_m, high_m) = (plot.window.low_m[axis], plot.window.high_m[axis]);
+        let mut every_m = round_length(f64::from(room_px) / plot.px_per_m).max(least_m);
+        loop {
+            let at_m: Vec<f64> = multiples(every_m, low_m, high_m).collect();
+            if at_m.len() >= 2 {
+                return Self { every_m, at_m };
+            }
+            // The next one of 1, 2, 5, 10 ... below.
+            every_m = round_length(0.4 * every_m);
+        }
+    }
+
+    fn pitch_px(&self, plot: &Plot) -> f32 {
+        plot.px(self.every_m)
+    }
+
+    /// Every tick, and whether it is the first or the last.
+    fn ends(&self) -> impl Iterator<Item = (f64, Option<End>)> {
+        let last = self.at_m.len() - 1;
+        self.at_m.iter().enumerate().map(move |(number, &at_m)| {
+            let end = match number {
+                0 => Some(End::First),
+                _ if number == last => Some(End::Last),
+                _ => None,
+            };
+            (at_m, end)
+        })
+    }
+}
+
 /// The multiples of a length between two others.
 fn multiples(every_m: f64, low_m: f64, high_m: f64) -> impl Iterator<Item = f64> {
     let first = (low_m / every_m).ceil();
@@ -290,4 +350,42 @@ fn multiples(every_m: f64, low_m: f64, high_m: f64) -> impl Iterator<Item = f64>
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the picture")]
 fn whole(value: f32) -> u32 {
     value.round() as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_axis_of_any_pasture_has_two_ticks_at_least() {
+        for (length_m, width_m) in [(100.0, 40.0), (12.0, 60.0), (3.0, 400.0), (400.0, 3.0)] {
+            let window = Window { low_m: [-7.0; 2], high_m: [length_m + 7.0, width_m + 7.0] };
+            for (width, height) in [(640, 360), (1280, 720), (160, 90)] {
+                let area = Area { left: 30, top: 20, width, height };
+                let plot = Plot::within(area, window, 1.0);
+                for (axis, room_px) in [(0, 40.0), (1, 22.0)] {
+                    let ticks = Ticks::new(&plot, axis, room_px, 0.0);
+                    assert!(ticks.at_m.len() >= 2);
+                    assert!(ticks.at_m[0] >= window.low_m[axis]);
+                    assert!(*ticks.at_m.last().unwrap() <= window.high_m[axis]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_length_has_one_decimal_whatever_room_there_is_and_what_is_not_whole_is_not_100() {
+        let status = Status {
+            path_m: 291.64,
+            mowed: 39,
+            detected: 0,
+            undetected: 1,
+            seen_fraction: 0.99996,
+        };
+        for text in status.texts() {
+            assert!(text.contains("291.6 m"), "{text}");
+            assert!(!text.contains("100"), "{text}");
+        }
+        assert!(status.texts()[0].contains("99.9 % seen"));
+    }
 }

@@ -5,7 +5,8 @@
 //! what eight had had at once, and a fortieth of it was in use. So the server gives it back itself: soon after a session has
 //! ended, and once more when its connection is closed for sure and the threads that Zenoh took on for it have ended.
 
-/// Between the end of a session and the first time, milliseconds: others that end together with it have ended, too.
+/// Between the end of a session and the first time, milliseconds: others that end together with it have ended, too. Where
+/// sessions end all the time, it is given back once in so long.
 const SOON_MS: u64 = 1_000;
 /// Between the end of the last session and the last time, milliseconds: a thread of Zenoh's that has nothing to do ends
 /// after ten seconds.
@@ -34,21 +35,20 @@ impl Leftovers {
 }
 
 /// Gives the system what is free, in a thread of its own: who allocates meanwhile waits for one pool at most.
+#[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub fn give_back() {
+    #[expect(unsafe_code, reason = "there is no other way to the allocator of the system")]
+    let trim = || {
+        // SAFETY: it takes no pointer, may be called from any thread at any time, and touches only memory that is free.
+        unsafe { libc::malloc_trim(0) };
+    };
     // Where the system has no thread to give, the next time is soon enough.
     let _ = std::thread::Builder::new().name("swath-memory".to_owned()).spawn(trim);
 }
 
-#[cfg(all(target_os = "linux", target_env = "gnu"))]
-#[expect(unsafe_code, reason = "there is no other way to the allocator of the system")]
-fn trim() {
-    // SAFETY: it takes no pointer, may be called from any thread at any time, and touches only memory that is free.
-    unsafe { libc::malloc_trim(0) };
-}
-
 /// Other allocators give back by themselves.
 #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
-fn trim() {}
+pub fn give_back() {}
 
 #[cfg(test)]
 mod tests {

@@ -4,6 +4,8 @@
 //! replies to the queries of the present call; those to earlier calls it may drop. A call that is sent again is the same
 //! bytes, so that the server knows it, carries it out once, and gives every copy the one answer.
 
+mod call;
+mod error;
 #[cfg(test)]
 mod tests;
 
@@ -17,6 +19,8 @@ use crate::codec;
 use crate::fault::Fault;
 use crate::header::{HEADER_BYTES, Header, HeaderError, Kind, Verb};
 use crate::message::{Open, OpenReply};
+use call::{Answered, Call, Doubt, Progress, Request};
+pub use error::ClientError;
 
 /// How patient a client is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,55 +47,6 @@ impl Default for ClientOptions {
             jitter_seed: 0,
         }
     }
-}
-
-/// Why a call brought nothing.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum ClientError {
-    /// The server's answer.
-    #[error(transparent)]
-    Fault(#[from] Fault),
-    /// There was no answer. The request may have been carried out: [`ClientSession::retry`] asks again.
-    #[error("no answer within {waited_ms} ms, in {attempts} attempts")]
-    Timeout {
-        /// How long the call took, milliseconds.
-        waited_ms: u64,
-        /// How often it was sent.
-        attempts: u32,
-    },
-    /// Another call is in flight.
-    #[error("another call is in flight")]
-    Busy,
-    /// Nobody knows whether the last call was carried out.
-    #[error("the last call was not answered: retry it, reset or close")]
-    InDoubt,
-    /// There is no session.
-    #[error("no session is open")]
-    NotOpen,
-    /// There is a session already.
-    #[error("a session is open already")]
-    IsOpen,
-    /// Nothing can be tried again.
-    #[error("every call was answered")]
-    NothingToRetry,
-    /// Two servers answer to one name.
-    #[error("two servers have the same name")]
-    TwoServers,
-    /// A session that was lost and cannot be resumed.
-    #[error("the session cannot be resumed: {0}")]
-    NotResumable(Fault),
-    /// The server that a session was resumed at does not do what the one before did.
-    #[error(
-        "the session cannot be resumed: the server replies otherwise to request {request} since its last snapshot \
-         than the one before did"
-    )]
-    Differs {
-        /// The request, from 1; 0 for the open itself.
-        request: u64,
-    },
-    /// An answer that cannot be read.
-    #[error("the reply to `{verb}` cannot be read", verb = .0.name())]
-    Unexpected(Verb),
 }
 
 /// What the transport has to do next.
@@ -140,49 +95,6 @@ struct Session {
     boot_id: u128,
     sid: u128,
     lid: u128,
-}
-
-/// What is sent.
-#[derive(Debug, Clone)]
-struct Request {
-    verb: Verb,
-    header: Header,
-    message: Arc<[u8]>,
-}
-
-/// What was sent, and the call proper where that was to be settled before.
-#[derive(Debug, Clone)]
-struct Doubt {
-    request: Request,
-    after: Option<(Verb, Vec<u8>)>,
-}
-
-/// A call in flight.
-#[derive(Debug)]
-struct Call {
-    request: Request,
-    /// The call proper, where another one has to be settled before.
-    after: Option<(Verb, Vec<u8>)>,
-    began_ms: u64,
-    attempts: u32,
-    pause_ms: u64,
-    progress: Progress,
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Progress {
-    ToSend,
-    Sent { until_ms: u64 },
-    Paused { until_ms: u64 },
-}
-
-/// The last call that was answered, and by whom.
-#[derive(Debug, Clone, Copy)]
-struct Answered {
-    verb: Verb,
-    header: Header,
-    boot_id: Option<u128>,
-    attempts: u32,
 }
 
 impl ClientSession {
@@ -595,42 +507,5 @@ impl fmt::Debug for ClientSession {
             .field("next_seq", &self.next_seq())
             .field("is_in_doubt", &self.is_in_doubt())
             .finish_non_exhaustive()
-    }
-}
-
-impl Request {
-    /// Whether a message with this header, and this fault if it is one, answers it.
-    fn is_answer(&self, header: &Header, fault: Option<&Fault>) -> bool {
-        let asked = &self.header;
-        let has_its_numbers = (header.sid, header.seq) == (asked.sid, asked.seq);
-        match (header.kind, fault) {
-            (Kind::Reply(verb), _) if verb == self.verb => {
-                has_its_numbers || verb == Verb::Open && header.seq == 0
-            }
-            // Where the numbers of a request could not be read, there are none in the answer.
-            (
-                Kind::Fault,
-                Some(
-                    Fault::VersionMismatch { .. }
-                    | Fault::Malformed { .. }
-                    | Fault::TooLarge { .. },
-                ),
-            ) => has_its_numbers || (header.sid, header.seq) == (0, 0),
-            (Kind::Fault, Some(_)) => has_its_numbers,
-            _ => false,
-        }
-    }
-}
-
-impl Answered {
-    /// Whether a message answers the same request.
-    fn request_is_of(&self, header: &Header) -> bool {
-        let has_its_numbers = (header.sid, header.seq) == (self.header.sid, self.header.seq);
-        match header.kind {
-            Kind::Reply(verb) if verb == Verb::Open => self.verb == verb,
-            Kind::Reply(verb) => self.verb == verb && has_its_numbers,
-            Kind::Fault => has_its_numbers,
-            Kind::Request(_) => false,
-        }
     }
 }

@@ -1,6 +1,7 @@
 """What Python tests share: how many cases a property gets, an environment of every action kind, commands, a browser."""
 
 import os
+import signal
 
 import hypothesis
 import pytest
@@ -9,6 +10,9 @@ from contract import KINDS, make
 
 # Windows of `render_mode="human"` open nowhere.
 os.environ["SDL_VIDEODRIVER"] = "dummy"
+
+# A shell has what it starts with `&` ignore Ctrl-C, and so would the commands that are started and stopped here.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 hypothesis.settings.register_profile("default", max_examples=64, deadline=None, derandomize=True)
 hypothesis.settings.register_profile("long", max_examples=2000, deadline=None)

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 from urllib.parse import urlsplit
 
+import numpy as np
 import pytest
 from chromium import needs_chromium
 
@@ -121,10 +122,10 @@ def test_the_numbers_at_the_end_are_those_of_the_episodes(page, replay):
         known = int((episode.weed_detected & ~episode.weed_mowed).sum())
         unknown = episode.weeds_total - episode.weeds_mowed - known
         words = panel.locator(".status span").all_inner_texts()
-        assert words[0].startswith(f"path {episode.path_length_m:.0f} m (")
+        assert words[0].startswith(f"path {episode.path_length_m:.1f} m (")
         assert words[1:] == [
             f"weeds: {episode.weeds_mowed} mowed, {known} detected, {unknown} undetected",
-            f"ground seen {100 * episode.seen_fraction:.0f} %",
+            f"ground seen {np.floor(1000 * episode.seen_fraction + 1e-9) / 10:.1f} %",
             "done",
         ]
         assert panel.locator("canvas.scene").get_attribute("aria-label").startswith(f"{agent}: path ")
@@ -172,6 +173,43 @@ def test_speed_is_metres_a_second(page, replay):
     assert path_m(page) == pytest.approx(100, abs=1)
 
 
+@pytest.mark.parametrize(("width", "height"), [(640, 360), (1280, 720)])
+@pytest.mark.parametrize("agents", [["snake"], ["snake", "horizon"], ["snake", "horizon", "clairvoyant"]], ids=len)
+@pytest.mark.parametrize(("length_m", "width_m"), [(100, 40), (12, 60)])
+def test_agents_stand_side_by_side_and_nothing_is_covered(page, tmp_path, length_m, width_m, agents, width, height):
+    Path(tmp_path, "pasture.toml").write_text(f"[pasture]\nlength_m = {length_m}\nwidth_m = {width_m}\n")
+    path = tmp_path / "race.html"
+    assert main(["replay", *agents, "--scenario", str(tmp_path / "pasture.toml"), "--out", str(path)]) == 0
+    page.set_viewport_size({"width": width, "height": height})
+    page.goto(path.as_uri())
+    page.wait_for_function("() => document.querySelector('canvas.scene').width > 0")
+    scrub(page, 0.5)
+    scenes, panels, (controls,), (legend,) = (
+        [part.bounding_box() for part in page.locator(name).all()]
+        for name in ("canvas.scene", ".panel", ".controls", ".legend")
+    )
+    assert len(scenes) == len(agents)
+    for scene, panel in zip(scenes, panels, strict=True):
+        assert (scene["y"], scene["height"]) == (scenes[0]["y"], scenes[0]["height"])
+        assert panel["y"] <= scene["y"]
+        assert scene["y"] + scene["height"] < panel["y"] + panel["height"] <= controls["y"]
+        assert 0 <= scene["x"] < scene["x"] + scene["width"] <= width
+    for left, right in itertools.pairwise(scenes):
+        assert left["x"] + left["width"] <= right["x"]
+    assert controls["y"] + controls["height"] <= legend["y"]
+    assert legend["y"] + legend["height"] <= height
+    # One scale for both axes and the whole pasture: without the margins a picture has the form of what it shows.
+    shown = page.evaluate(
+        "() => { const { left, right, bottom, top } = "
+        "boundsOf(JSON.parse(document.getElementById('replay').textContent)); return [left, right, bottom, top]; }"
+    )
+    assert shown[0] < 0 < length_m < shown[1]
+    assert shown[2] < 0 < width_m < shown[3]
+    px_per_m = (scenes[0]["height"] - 40) / (shown[3] - shown[2])
+    assert scenes[0]["width"] == pytest.approx(max(68 + px_per_m * (shown[1] - shown[0]), 150), abs=3)
+    keep(page, f"race-{len(agents)}-{length_m}x{width_m}-{width}", full_page=False)
+
+
 @pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1280, "dark")])
 def test_nothing_is_wider_than_the_window(page, replay, report, width, scheme):
     page.emulate_media(color_scheme=scheme)
@@ -189,6 +227,29 @@ def test_a_report_fits_its_window(page, report, width, scheme):
     page.goto(report.as_uri())
     assert page.evaluate("document.documentElement.scrollWidth") == width
     keep(page, f"report-{width}-{scheme}")
+
+
+def test_a_table_that_is_too_wide_moves_beneath_its_first_column(page, tmp_path):
+    agents = "bcp,bcp-tsp,react,jump,snake,r-snake,greedy,horizon,learned,clairvoyant"
+    out = tmp_path / "out"
+    command = ["evaluate", "cowbot-field", "--agents", agents, "--instances", "2", "--out", str(out)]
+    assert main(command) == 0
+    assert main(["report", str(out)]) == 0
+    page.set_viewport_size({"width": 1280, "height": 720})
+    page.goto((out / "report.html").as_uri())
+    table = page.locator(".wide").nth(1)
+    heads, cells = table.locator("tbody th"), table.locator("tbody td:nth-child(2)")
+    table.scroll_into_view_if_needed()
+    before = heads.first.bounding_box(), cells.first.bounding_box()
+    assert table.evaluate("table => table.scrollWidth > table.clientWidth")
+    table.evaluate("table => { table.scrollLeft = 300; }")
+    after = heads.first.bounding_box(), cells.first.bounding_box()
+    assert after[0] == before[0]
+    assert after[1]["x"] == before[1]["x"] - 300
+    # What moves beneath the first column is hidden there.
+    middle = after[0]["x"] + after[0]["width"] / 2, after[0]["y"] + after[0]["height"] / 2
+    assert page.evaluate("at => document.elementFromPoint(...at).closest('th, td').tagName", middle) == "TH"
+    keep(page, "report-ten-agents")
 
 
 def test_a_report_plays_the_replay_that_is_opened(page, report):

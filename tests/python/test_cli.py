@@ -13,6 +13,7 @@ import pytest
 
 import swath
 from swath import _native
+from swath.share import share
 
 NAMES = [name for name, *_ in _native.agents()]
 AGENTS = [name for name in NAMES if name != "clairvoyant"]
@@ -243,6 +244,21 @@ def test_run_prints_lines_for_people(call):
     status, out, _ = call("run", "bcp", "--scenario", "cowbot-field")
     assert status == 0
     assert "outcome          done" in out.splitlines()
+    for line in out.splitlines():
+        name, value = line.split()
+        if "." in value:
+            assert len(value.split(".")[1]) == (3 if name.endswith("_m") else 4)
+
+
+def test_a_share_that_is_not_whole_is_not_called_whole():
+    assert [share(value, 1, whole=100) for value in (99.96, 99.94, 100, 130.06, 0)] == [
+        "99.9",
+        "99.9",
+        "100.0",
+        "130.1",
+        "0.0",
+    ]
+    assert share(0.99999, 4) == "0.9999"
 
 
 def test_config_prints_every_key_so_that_it_reads_back_the_same(call):

@@ -64,6 +64,21 @@ def test_a_gif_moves_repeats_and_ends_with_the_last_picture(episodes, tmp_path):
         assert np.abs(shown[-1][0] - np.asarray(last.convert("RGB"), np.int16)).mean() < 2
 
 
+@pytest.mark.parametrize(("fps", "each_ms"), [(30, 30), (24, 40), (100, 20)])
+def test_a_gif_takes_as_long_as_was_asked_for_in_even_steps(episodes, tmp_path, fps, each_ms):
+    pillow = pytest.importorskip("PIL.Image")
+    write_film(episodes[:1], tmp_path / "snake.gif", size=(160, 90), fps=fps, seconds=2.0)
+    with pillow.open(tmp_path / "snake.gif") as film:
+        times_ms = []
+        for number in range(film.n_frames):
+            film.seek(number)
+            times_ms.append(film.info["duration"])
+    # The last picture stands for a second and a half.
+    assert sum(times_ms) == 2000 + 1500
+    assert times_ms[-1] == 1500
+    assert sum(time_ms != each_ms for time_ms in times_ms[:-1]) <= 1
+
+
 def test_an_mp4_holds_every_picture(episodes, tmp_path):
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     write_film(episodes[:1], tmp_path / "snake.mp4", size=(321, 181), fps=5, seconds=1.0)

@@ -72,6 +72,21 @@ def test_a_pasture_without_weeds_is_shown_too(call):
     assert numbers(data_in(Path("a.html").read_text())["agents"][0]["mowed_m"], "<f4").size == 0
 
 
+@pytest.mark.parametrize("name", ["a.html", "a.png", "a.gif"])
+def test_an_agent_that_has_nothing_to_do_is_shown_standing_at_its_start(call, name):
+    Path("bare.toml").write_text("[weeds]\ncount = 0\n")
+    short = ["--seconds", 1, "--fps", 5] if name == "a.gif" else []
+    status, out, err = call("replay", "clairvoyant", "--scenario", "bare.toml", *short, "--out", name)
+    assert (status, err) == (0, "")
+    assert out.startswith("clairvoyant: 0.0 m, 0.0 % of the boustrophedon path, 0 of 0 weeds mowed")
+    assert Path(name).stat().st_size > 0
+    episode = swath.run_episode("clairvoyant", scenario="bare.toml")
+    assert (episode.path_length_m, len(episode.arcs)) == (0, 0)
+    # In the corner, with half a deck of 2 m to the fence.
+    assert episode.trajectory.tolist() == [[0.0, 1.0, 0.0, 0.0]]
+    assert data_of([episode])["agents"][0]["start"] == [0.0, 1.0, 0.0]
+
+
 def test_a_large_pasture_shows_blocks_of_cells():
     scenario = {"pasture": {"length_m": 330, "width_m": 170}, "weeds": {"count": 10}}
     episode = swath.run_episode("jump", scenario=scenario)

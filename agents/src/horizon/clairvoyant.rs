@@ -11,15 +11,12 @@ use super::anneal::anneal;
 use super::plan::Plan;
 use super::spot::{Spot, single};
 use super::ways::Ways;
+use super::{BAR_MARGIN_M, MOST_ITERATIONS};
 use crate::agent::{Agent, Decision};
 use crate::route::Route;
 
-/// How far from the bar's ends weeds are planned to pass, metres: what single precision asks for, and more.
-const BAR_MARGIN_M: f64 = 0.02;
 /// How far the tour goes on behind its last weed, metres, so that the bar is past it whatever single precision does.
 const PAST_LAST_M: f64 = 0.01;
-/// Most changes that may be asked for.
-const MOST_ITERATIONS: usize = 100_000_000;
 
 /// Options of `clairvoyant`.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]

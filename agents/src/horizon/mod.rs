@@ -42,16 +42,22 @@ const LATE_M: f64 = 6.0;
 /// Looks that are thought over each time, and how often all of them are.
 const NEXT_LOOKS: usize = 5;
 const ALL_LOOKS_EVERY: u32 = 8;
-/// Most changes that may be asked for.
+/// Most changes that may be asked for, and most time, milliseconds: an hour.
 const MOST_ITERATIONS: usize = 100_000_000;
+const MOST_TIME_MS: f64 = 3_600_000.0;
+/// How much longer the first plan may take than the others.
+const FIRST_TIME: f64 = 20.0;
+/// For mowers that keep to their path: what single precision asks for, and more, metres.
+const BAR_MARGIN_M: f64 = 0.02;
 /// So near to where the mower looks it has looked, metres.
 const LOOKED_M: f32 = 1e-4;
 /// How many times fewer changes are tried of places to look from.
 const MENDING: usize = 40;
 /// How many times as many changes are tried for each of the first plans.
 const SWEEP: usize = 2;
-/// As many changes more are tried for every so many weeds that are planned, and once more for the first ones.
+/// As many changes more are tried for every so many weeds that are planned.
 const WEEDS: usize = 10;
+/// So many weeds count twice: where there are few, most of the way is still open, and more thought shortens it.
 const FIRST_WEEDS: usize = 40;
 /// Another plan is taken if it is so much shorter, metres: a mower that often changes its mind drives to and fro.
 const WORTH_M: f32 = 1.0;
@@ -67,7 +73,8 @@ const FAR_BELOW: f32 = 0.6;
 const SAFE: f32 = 0.85;
 /// Rows shorter than this share of it leave room to look before the choice is made.
 const SHORT: f32 = 0.91;
-/// By how much a shortest path is longer than a straight at most, in turning radii: seven thirds of a full turn's half.
+/// By how much a shortest path is longer than a straight at most, in turning radii: 7 pi / 3, for the way from a pose back to the
+/// same pose turned round (Dubins, 1957).
 const DETOUR: f32 = 7.34;
 
 /// What an episode begins with that knows of no weed yet.
@@ -77,24 +84,28 @@ struct First {
     rows: Rows,
 }
 
-/// Those that were made in this process, by the pasture, the mower and where it begins.
+/// Those that were made in this process, by the pasture, the mower and where it begins; not more than so many.
 static FIRST: LazyLock<Mutex<HashMap<String, First>>> = LazyLock::new(Mutex::default);
+const MOST_FIRST: usize = 64;
 
 /// Options of `horizon`.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct HorizonOptions {
-    /// How many changes are tried for a plan after something new is known.
+    /// How many changes are tried for a plan after something new is known, for every ten weeds and once more: twice as many for
+    /// each of the first forty.
     pub iterations: usize,
-    /// Time for a plan, milliseconds: as many of the changes as there is time for. Without it the same is decided everywhere.
+    /// Time for a plan, milliseconds, up to an hour: as many of the changes as there is time for. The first plan, which is made
+    /// once for a pasture, has 20 times as long. Infinite: no limit, and the same is decided everywhere.
     pub time_ms: f64,
-    /// How far from either end of the bar a weed is planned to pass, metres, for mowers that do not keep to their path.
+    /// How far from either end of the bar a weed is planned to pass, metres, for mowers that do not keep to their path; with half
+    /// the deck or more, weeds pass under its middle.
     pub bar_margin_m: f64,
 }
 
 impl Default for HorizonOptions {
     fn default() -> Self {
-        Self { iterations: 5_000, time_ms: f64::INFINITY, bar_margin_m: 0.02 }
+        Self { iterations: 5_000, time_ms: f64::INFINITY, bar_margin_m: BAR_MARGIN_M }
     }
 }
 
@@ -110,10 +121,11 @@ impl HorizonOptions {
             let expected = format!("from 1 to {MOST_ITERATIONS}");
             return Err(ConfigError::value("horizon.iterations", expected, iterations));
         }
-        if time_ms.is_nan() || time_ms < 0.0 {
-            return Err(ConfigError::value("horizon.time_ms", "at least 0", time_ms));
+        if !(0.0..=MOST_TIME_MS).contains(&time_ms) && time_ms != f64::INFINITY {
+            let expected = format!("from 0 to {MOST_TIME_MS}, or inf");
+            return Err(ConfigError::value("horizon.time_ms", expected, time_ms));
         }
-        if !(0.0..1000.0).contains(&bar_margin_m) {
+        if !(0.0..=1000.0).contains(&bar_margin_m) {
             return Err(ConfigError::value("horizon.bar_margin_m", "from 0 to 1000", bar_margin_m));
         }
         Ok(self)
@@ -176,25 +188,31 @@ impl Horizon {
         self.state.as_ref().map_or(0, |state| state.plans)
     }
 
-    fn begin(view: &View, iterations: usize) -> State {
+    fn begin(view: &View, options: &HorizonOptions) -> State {
         let site = view.site;
         let start = Spot::from(view.pose);
         let mut ground = OpenGround::new(site);
         let mut plan = Plan::new(start, Ways::new(site));
         let size_m = (single(site.length_m), single(site.width_m));
         // The same for every episode that begins there.
-        let key = format!("{site:?} {:?} {iterations}", view.pose);
+        let HorizonOptions { iterations, time_ms, .. } = options;
+        let key = format!("{site:?} {:?} {iterations} {time_ms}", view.pose);
         let known = FIRST.lock().expect("nobody panics with it").get(&key).cloned();
         let First { sweep, rows } = known.unwrap_or_else(|| {
             let mut rng = rng::agent_rng(1);
-            Views { plan: &mut plan, ground: &mut ground, size_m }.sweep(
+            let until = Deadline::within(FIRST_TIME * time_ms);
+            Views { plan: &mut plan, ground: &mut ground, size_m, until }.sweep(
                 single(site.sensor_width_m),
                 SWEEP * iterations,
                 &mut rng,
             );
             let sweep = plan.nodes.iter().map(|node| node.spot).collect();
             let first = First { sweep, rows: Rows::new(site, plan.ways, &start) };
-            FIRST.lock().expect("nobody panics with it").insert(key, first.clone());
+            let mut firsts = FIRST.lock().expect("nobody panics with it");
+            if firsts.len() >= MOST_FIRST {
+                firsts.clear();
+            }
+            firsts.insert(key, first.clone());
             first
         });
         plan.nodes = sweep.into_iter().map(Node::view).collect();
@@ -306,29 +324,10 @@ impl State {
         for weed in self.fresh.drain(..) {
             self.plan.insert_weed(weed.number, weed.position, reach_m);
         }
-        let weeds = planned.len();
-        let rounds = if is_new { options.rounds(weeds) } else { options.iterations / 3 };
-        let size_m = (single(site.length_m), single(site.width_m));
-        let looks =
-            if self.plans.is_multiple_of(ALL_LOOKS_EVERY) { usize::MAX } else { NEXT_LOOKS };
-        self.plans += 1;
-        let finish = |plan: &mut Plan, ground: &mut OpenGround, rng: &mut StreamRng| {
-            if !is_settled {
-                Views { plan, ground, size_m }.mend(looks, options.iterations / MENDING, rng);
-            }
-            ground.missed()
-        };
-        let mut kept = self.plan.clone();
-        anneal::anneal(&mut self.plan, reach_m, rounds.max(1), until, rng);
-        let missed = finish(&mut self.plan, &mut self.ground, rng);
-        if !is_settled {
-            // What the changes have saved may be lost again where more looks are needed.
-            let missed_by_kept = finish(&mut kept, &mut self.ground, rng);
-            if missed_by_kept <= missed && kept.length_m() < self.plan.length_m() + WORTH_M {
-                self.plan = kept;
-            }
-        }
-        if self.should_take_rows(view, until, options) {
+        let rounds = if is_new { options.rounds(planned.len()) } else { options.iterations / 3 };
+        self.improve(site, is_settled, rounds.max(1), until, options, rng);
+        let is_lost = !is_settled && self.plan.nodes.is_empty();
+        if is_lost || self.should_take_rows(view, until, options) {
             self.is_on_rows = true;
             self.plan.nodes.clear();
             if self.follow_rows(view, 0, options) {
@@ -336,6 +335,39 @@ impl State {
             }
         }
         self.lay_route(view);
+    }
+
+    /// Tries so many changes of the plan, and has it show all that is open; the plan as it was stays unless that is worth it.
+    fn improve(
+        &mut self,
+        site: &Site,
+        is_settled: bool,
+        rounds: usize,
+        until: Option<Deadline>,
+        options: &HorizonOptions,
+        rng: &mut StreamRng,
+    ) {
+        let size_m = (single(site.length_m), single(site.width_m));
+        let looks =
+            if self.plans.is_multiple_of(ALL_LOOKS_EVERY) { usize::MAX } else { NEXT_LOOKS };
+        self.plans += 1;
+        let mut kept = self.plan.clone();
+        anneal::anneal(&mut self.plan, options.reach_m(site), rounds, until, rng);
+        if is_settled {
+            return;
+        }
+        let mut mend = |plan: &mut Plan, ground: &mut OpenGround| {
+            let mut views = Views { plan, ground, size_m, until };
+            views.mend(looks, options.iterations / MENDING, rng);
+            ground.missed()
+        };
+        let missed = mend(&mut self.plan, &mut self.ground);
+        // What the changes have saved may be lost again where more looks are needed.
+        let missed_by_kept = mend(&mut kept, &mut self.ground);
+        let is_as_short = kept.length_m() < self.plan.length_m() + WORTH_M;
+        if missed_by_kept < missed || (missed_by_kept == missed && is_as_short) {
+            self.plan = kept;
+        }
     }
 
     /// Whether rows are the better way to do the rest.
@@ -348,15 +380,15 @@ impl State {
         until: Option<Deadline>,
         options: &HorizonOptions,
     ) -> bool {
-        let Some(rows) = &mut self.rows else { return false };
         let (driven_m, bcp_m) = (single(view.path_m), single(view.site.bcp_length_m));
         let planned_m = driven_m + self.plan.length_m();
-        let seen = self.ground.settled_share();
         // Most that it may become: weeds in a small piece of ground take more than as many do in a large one.
+        let seen = self.ground.settled_share();
         let most_m = self.sweep_m + (planned_m - self.sweep_m) / seen.max(SEEN);
         if most_m < FAR_BELOW * bcp_m {
             return false;
         }
+        let Some(rows) = &mut self.rows else { return false };
         rows.trim(&self.ground, view.known_weeds.iter(), &self.plan.start, false);
         let rows_m = driven_m + rows.length_m(&self.plan.start);
         let look_m = 2.0 * single(LATE_M) + DETOUR * single(view.site.turning_radius_m);
@@ -367,19 +399,25 @@ impl State {
             return false;
         }
         // Where rows save little, no guess is worth them: they are taken when what is known alone takes longer.
-        if planned_m > limit_m {
-            return true;
-        }
-        if !are_short {
-            return false;
-        }
+        planned_m > limit_m
+            || are_short && self.expected_m(view, seen, until, options).min(most_m) > limit_m
+    }
+
+    /// How long the whole way will be without rows by the weeds that are likely, metres, as far as there was ground to tell.
+    fn expected_m(
+        &mut self,
+        view: &View,
+        seen: f32,
+        until: Option<Deadline>,
+        options: &HorizonOptions,
+    ) -> f32 {
         if seen > SEEN && self.expected.is_none_or(|(_, then)| seen > then + SEEN) {
             let (plan, ground) = (&self.plan, &self.ground);
             let left_m =
                 outlook::length_m(plan, ground, self.next_number, until, options, view.site);
-            self.expected = Some((driven_m + left_m, seen));
+            self.expected = Some((single(view.path_m) + left_m, seen));
         }
-        self.expected.is_some_and(|(expected_m, _)| expected_m.min(most_m) > limit_m)
+        self.expected.map_or(0.0, |(expected_m, _)| expected_m)
     }
 
     /// Drives on along the rows, of which so many ends were passed; false when nothing is left for them to show or mow.
@@ -432,7 +470,7 @@ impl State {
 impl Agent for Horizon {
     fn reset(&mut self, view: &View) {
         self.rng = rng::agent_rng(0);
-        self.state = Some(Self::begin(view, self.options.iterations));
+        self.state = Some(Self::begin(view, &self.options));
     }
 
     fn act(&mut self, view: &View) -> Decision {
@@ -455,7 +493,15 @@ impl Agent for Horizon {
         let to_look_m = PIECE_M - view.path_m.rem_euclid(PIECE_M);
         let to_look_m = if to_look_m < 1e-6 { PIECE_M } else { to_look_m };
         let ahead = Command { curvature_per_m: 0.0, distance_m: PIECE_M };
-        let command = state.route.next(view).unwrap_or(ahead);
+        let command = match state.route.next(view) {
+            Some(command) => command,
+            // No row is left over ground that can be seen from nowhere: under the bar at least its cells of 1 m were seen.
+            None if state.plan.nodes.is_empty() => {
+                let is_seen = view.ground.unseen_count() == 0;
+                return if is_seen { Decision::Done } else { Decision::Capped };
+            }
+            None => ahead,
+        };
         Decision::Drive(Command { distance_m: command.distance_m.min(to_look_m), ..command })
     }
 }

@@ -393,3 +393,37 @@ impl Shape {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use swath_core::config::Document;
+    use swath_core::grid::Grid;
+
+    use super::*;
+
+    #[test]
+    fn ground_that_was_not_seen_after_all_is_open_again_and_nothing_else() {
+        let site = Site::new(&Document::open("pasture").unwrap().scenario().unwrap());
+        let mut ground = OpenGround::new(&site);
+        let all = ground.open();
+        ground.settle_band(0.0, single(site.width_m));
+        assert_eq!((ground.open(), ground.missed()), (0, 0));
+        // Of a pasture of 100 x 40 m in cells of 1 m nothing was seen: one cell in four of half that size holds a middle.
+        let grid = Grid::new(site.length_m, site.width_m);
+        let mut seen = SeenGround::none(Arc::new(grid));
+        assert!(ground.reopen(&seen));
+        assert_eq!((ground.open(), ground.missed(), all), (4_000, 4_000, 16_000));
+        // Once more changes nothing.
+        assert!(ground.reopen(&seen));
+        assert_eq!(ground.open(), 4_000);
+        ground.settle_band(0.0, single(site.width_m));
+        for row in 0..grid.rows() {
+            for column in 0..grid.columns() {
+                seen.absorb(&[grid.cell_at(grid.centre(column, row))]);
+            }
+        }
+        assert!(!ground.reopen(&seen));
+    }
+}

@@ -13,6 +13,8 @@ const WINDOW: usize = 60;
 /// A change of the order is made if it is so much shorter, metres, and most rounds of changes.
 const WORTH_M: f32 = 1e-3;
 const ROUNDS: usize = 30;
+/// Most rows between which lengths are kept: 4 MB.
+const MOST_ROWS: usize = 512;
 /// How far open ground must reach into a row to count, metres: more than rounding.
 const INTO_M: f32 = 1e-2;
 
@@ -211,16 +213,17 @@ impl Rows {
     /// Changes the order until nothing is gained: runs of rows are driven the other way round, and single ones moved.
     fn shorten(&mut self, start: &Spot) {
         let count = self.order.len();
+        let mut turns = Turns::new(self.spans.len());
         for _ in 0..ROUNDS {
             let mut is_better = false;
             for first in 0..count {
                 for last in first..count.min(first + WINDOW) {
-                    is_better |= self.try_reverse(first, last, start);
+                    is_better |= self.try_reverse(first, last, start, &mut turns);
                 }
             }
             for from in 0..count {
                 for to in from.saturating_sub(WINDOW)..count.min(from + WINDOW) {
-                    is_better |= self.try_move(from, to, start);
+                    is_better |= self.try_move(from, to, start, &mut turns);
                 }
             }
             if !is_better {
@@ -229,16 +232,15 @@ impl Rows {
         }
     }
 
-    fn try_reverse(&mut self, first: usize, last: usize, start: &Spot) -> bool {
+    fn try_reverse(&mut self, first: usize, last: usize, start: &Spot, turns: &mut Turns) -> bool {
         let turned = |pass: Pass| Pass { is_west: !pass.is_west, ..pass };
         let (head, tail) = (self.order[first], self.order[last]);
-        let before = self.exit_before(first, start);
-        let after = self.order.get(last + 1).copied();
-        let leg_m = |from: &Spot, to: Pass| self.ways.leg_m(from, &self.ends(to).0);
-        let now_m =
-            leg_m(&before, head) + after.map_or(0.0, |after| leg_m(&self.ends(tail).1, after));
-        let then_m = leg_m(&before, turned(tail))
-            + after.map_or(0.0, |after| leg_m(&self.ends(turned(head)).1, after));
+        let (before, after) = (self.pass_before(first), self.order.get(last + 1).copied());
+        let mut leg_m = |from: Option<Pass>, to: Option<Pass>| {
+            to.map_or(0.0, |to| turns.leg_m(self, start, from, to))
+        };
+        let now_m = leg_m(before, Some(head)) + leg_m(Some(tail), after);
+        let then_m = leg_m(before, Some(turned(tail))) + leg_m(Some(turned(head)), after);
         if then_m > now_m - WORTH_M {
             return false;
         }
@@ -247,24 +249,24 @@ impl Rows {
         true
     }
 
-    fn try_move(&mut self, from: usize, to: usize, start: &Spot) -> bool {
+    fn try_move(&mut self, from: usize, to: usize, start: &Spot, turns: &mut Turns) -> bool {
         if from == to {
             return false;
         }
         let pass = self.order[from];
-        let (before, after) = (self.exit_before(from, start), self.order.get(from + 1).copied());
-        let leg_m = |from: &Spot, to: Pass| self.ways.leg_m(from, &self.ends(to).0);
-        let mut won_m = leg_m(&before, pass);
+        let (before, after) = (self.pass_before(from), self.order.get(from + 1).copied());
+        let mut leg_m = |from: Option<Pass>, to: Pass| turns.leg_m(self, start, from, to);
+        let mut won_m = leg_m(before, pass);
         if let Some(after) = after {
-            won_m += leg_m(&self.ends(pass).1, after) - leg_m(&before, after);
+            won_m += leg_m(Some(pass), after) - leg_m(before, after);
         }
         // Between which two rows it comes.
         let place = if to > from { to + 1 } else { to };
-        let (before, after) = (self.exit_before(place, start), self.order.get(place).copied());
+        let (before, after) = (self.pass_before(place), self.order.get(place).copied());
         for pass in [pass, Pass { is_west: !pass.is_west, ..pass }] {
-            let mut cost_m = leg_m(&before, pass);
+            let mut cost_m = leg_m(before, pass);
             if let Some(after) = after {
-                cost_m += leg_m(&self.ends(pass).1, after) - leg_m(&before, after);
+                cost_m += leg_m(Some(pass), after) - leg_m(before, after);
             }
             if cost_m < won_m - WORTH_M {
                 self.order.remove(from);
@@ -275,8 +277,41 @@ impl Rows {
         false
     }
 
-    fn exit_before(&self, place: usize, start: &Spot) -> Spot {
-        place.checked_sub(1).map_or(*start, |before| self.ends(self.order[before]).1)
+    /// The pass before that place in the order; none before the first one, where the mower starts.
+    fn pass_before(&self, place: usize) -> Option<Pass> {
+        place.checked_sub(1).map(|before| self.order[before])
+    }
+}
+
+/// Lengths of the ways from the end of one row to the beginning of another, each worked out once while orders are tried.
+struct Turns {
+    rows: usize,
+    /// By where from, the start first, and by where to; not a number where it was not asked for yet.
+    legs_m: Vec<f32>,
+}
+
+impl Turns {
+    fn new(rows: usize) -> Self {
+        let legs = if rows <= MOST_ROWS { (2 * rows + 1) * 2 * rows } else { 0 };
+        Self { rows, legs_m: vec![f32::NAN; legs] }
+    }
+
+    fn leg_m(&mut self, rows: &Rows, start: &Spot, from: Option<Pass>, to: Pass) -> f32 {
+        let number = |pass: Pass| 2 * pass.row + usize::from(pass.is_west);
+        let way_m = || {
+            let from = from.map_or(*start, |from| rows.ends(from).1);
+            rows.ways.leg_m(&from, &rows.ends(to).0)
+        };
+        let place = from.map_or(0, |from| 1 + number(from)) * 2 * self.rows + number(to);
+        match self.legs_m.get_mut(place) {
+            Some(leg_m) => {
+                if leg_m.is_nan() {
+                    *leg_m = way_m();
+                }
+                *leg_m
+            }
+            None => way_m(),
+        }
     }
 }
 

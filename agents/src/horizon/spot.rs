@@ -71,12 +71,27 @@ pub(super) fn single(number: f64) -> f32 {
 /// Turns this close below a full circle are rounding, not a circle.
 const PHANTOM_RAD: f32 = 1e-3;
 
-/// Length of the shortest Dubins path, metres, to about a millimetre.
+/// Lengths of the shortest of the words with a straight, and of those of three turns, metres.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Legs {
+    pub(super) with_straight: f32,
+    /// Infinite where that is certainly not the shorter one.
+    pub(super) of_three_turns: f32,
+}
+
+impl Legs {
+    #[inline]
+    pub(super) fn shortest(self) -> f32 {
+        self.with_straight.min(self.of_three_turns)
+    }
+}
+
+/// Lengths of shortest Dubins paths, to about a millimetre.
 ///
 /// The four words with a straight are worked out at once: a straight is a tangent of two circles, and its direction tells both
 /// turns. Then the two words of three turns, where the circles are close enough.
 #[inline]
-pub(super) fn leg_m(from: &Spot, to: &Spot, radius_m: f32) -> f32 {
+pub(super) fn legs_m(from: &Spot, to: &Spot, radius_m: f32) -> Legs {
     // LSL, RSR, LSR, RSL: on which side the first and the last turning centre lie, left positive.
     let first = f32x4::new([1.0, -1.0, 1.0, -1.0]);
     let last = f32x4::new([1.0, -1.0, -1.0, 1.0]);
@@ -97,12 +112,12 @@ pub(super) fn leg_m(from: &Spot, to: &Spot, radius_m: f32) -> f32 {
     let [left, right, ..] = apart.to_array();
     // A middle turn is more than half a circle.
     if shortest <= PI * radius_m || left.min(right) >= 4.0 * gap * gap {
-        return shortest;
+        return Legs { with_straight: shortest, of_three_turns: f32::INFINITY };
     }
     let ([x_left, x_right, ..], [y_left, y_right, ..]) = (x.to_array(), y.to_array());
     let lrl = three_turns_m([x_left, -y_left], -from.heading_rad, -to.heading_rad, radius_m);
     let rlr = three_turns_m([x_right, y_right], from.heading_rad, to.heading_rad, radius_m);
-    shortest.min(lrl).min(rlr)
+    Legs { with_straight: shortest, of_three_turns: lrl.min(rlr) }
 }
 
 /// Length of a right, a left and a right turn, from the first right turning centre to the last.
@@ -190,7 +205,7 @@ mod tests {
             let from = Pose::new(reach_m * at(), reach_m * at(), 6.3 * at() - 3.15);
             let to = Pose::new(reach_m * at(), reach_m * at(), 6.3 * at() - 3.15);
             let exact_m = shortest(from, to, radius_m).unwrap().length_m();
-            let got_m = f64::from(leg_m(&from.into(), &to.into(), single(radius_m)));
+            let got_m = f64::from(legs_m(&from.into(), &to.into(), single(radius_m)).shortest());
             others += u32::from((got_m - exact_m).abs() > 5e-3);
         }
         // Where two circles nearly touch, or a turn is nearly none, the shortest word changes from one pose to the next.

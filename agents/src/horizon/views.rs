@@ -6,17 +6,21 @@ use swath_core::math;
 use swath_core::rng::{StreamRng, below, uniform};
 
 use super::anneal::{bell, cooling};
+use super::deadline::Deadline;
 use super::open::OpenGround;
 use super::plan::{Node, Plan};
 use super::spot::{Spot, cos_sin, single};
 
 /// The way between two looks in a band, in depths of the triangle.
 const STRIDE: f32 = 0.67;
-/// Open cells that are looked at in search of a better place to look from, and most places that are added while the mower drives.
+/// Open cells that are looked at in search of a better place to look from, and most places that are added at a time while the mower
+/// drives.
 const CELLS: usize = 6;
 const ADDED: usize = 12;
 /// From how many sides, and from how far away, in depths of the triangle.
 const SIDES: usize = 12;
+/// How many times every open cell is looked at before none of them can be seen.
+const TIMES: usize = 3;
 const DISTANCES: [f32; 3] = [0.45, 0.7, 0.95];
 /// How far outside the pasture the mower may look from, metres.
 const OUTSIDE_M: f32 = 6.0;
@@ -26,6 +30,8 @@ const MOVES: f64 = 0.9;
 const FIRST_M: f32 = 4.0;
 const SECOND_M: f32 = 0.4;
 const COLD_M: f32 = 0.02;
+/// Changes between two looks at the clock.
+const CLOCK: usize = 16;
 /// What an open cell costs that is not shown while the mower drives, metres.
 const DEAR_M: f32 = 10.0;
 /// What an open cell costs at first that is not shown, metres.
@@ -36,6 +42,8 @@ pub(super) struct Views<'a> {
     pub(super) plan: &'a mut Plan,
     pub(super) ground: &'a mut OpenGround,
     pub(super) size_m: (f32, f32),
+    /// No more changes are tried from then on; what must be done is done all the same.
+    pub(super) until: Option<Deadline>,
 }
 
 impl Views<'_> {
@@ -63,15 +71,18 @@ impl Views<'_> {
     /// Makes the plan show everything again, with as little as is needed, and with so many changes.
     pub(super) fn mend(&mut self, next: usize, tries: usize, rng: &mut StreamRng) {
         self.look_along();
-        for _ in 0..tries {
-            if self.ground.missed() == 0 {
+        for tried in 0..tries {
+            if self.ground.missed() == 0 || self.is_late(tried) {
                 break;
             }
             self.try_change(usize::MAX, 0.05, DEAR_M, rng);
         }
         self.complete(ADDED, rng);
         self.drop_looks(next);
-        for _ in 0..tries / 2 {
+        for tried in 0..tries / 2 {
+            if self.is_late(tried) {
+                break;
+            }
             self.try_change(next.saturating_mul(2), COLD_M, DEAR_M, rng);
         }
         // What was too dear is not forgotten, or the plan might end before the ground does.
@@ -101,12 +112,20 @@ impl Views<'_> {
         let cooling = cooling(hot_m, COLD_M, tries);
         let mut heat_m = hot_m;
         for tried in 0..tries {
+            if self.is_late(tried) {
+                break;
+            }
             let price_m = PRICE_M * (1.0 + 10.0 * tried as f32 / tries as f32);
             self.try_change(usize::MAX, heat_m, price_m, rng);
             heat_m *= cooling;
         }
         self.complete(usize::MAX, rng);
         self.drop_looks(usize::MAX);
+    }
+
+    /// Whether it is too late for another change after so many; the clock is looked at now and then.
+    fn is_late(&self, tried: usize) -> bool {
+        tried.is_multiple_of(CLOCK) && self.until.is_some_and(Deadline::is_over)
     }
 
     /// Tries a change of one of the first so many nodes, if it is a place to look from: it is moved, left out, or gets another one
@@ -182,40 +201,58 @@ impl Views<'_> {
     fn complete(&mut self, most: usize, rng: &mut StreamRng) {
         let mut added = 0;
         while self.ground.missed() > 0 && added < most {
-            let Some((place, spot)) = self.best_look(rng) else { return };
+            let Some((place, spot)) = self.best_look(rng).or_else(|| self.any_look(rng)) else {
+                return;
+            };
             self.change(place, place, Some(spot));
             added += 1;
         }
     }
 
-    /// The place to look from that shows most for its detour.
+    /// The place to look from that shows most for its detour, of those that show some of the open cells.
     fn best_look(&self, rng: &mut StreamRng) -> Option<(usize, Spot)> {
+        let looks = (0..CELLS).filter_map(|_| {
+            let cell = below(self.ground.missed(), rng);
+            self.look_at(cell, rng)
+        });
+        let best = looks.reduce(|best, look| if look.0 < best.0 { look } else { best });
+        best.map(|(_, place, spot)| (place, spot))
+    }
+
+    /// A place to look from that shows anything at all: where cells that chance has chosen cannot be seen, others may, or the same
+    /// ones from other sides.
+    fn any_look(&self, rng: &mut StreamRng) -> Option<(usize, Spot)> {
+        let mut cells = (0..TIMES).flat_map(|_| 0..self.ground.missed());
+        let (_, place, spot) = cells.find_map(|cell| self.look_at(cell, rng))?;
+        Some((place, spot))
+    }
+
+    /// The place that shows most for its detour, of those from which that open cell may be seen, and what it costs.
+    fn look_at(&self, cell: usize, rng: &mut StreamRng) -> Option<(f32, usize, Spot)> {
         let range_m = self.ground.range_m();
         let mut best: Option<(f32, usize, Spot)> = None;
-        for _ in 0..CELLS {
-            let (x_m, y_m) = self.ground.missed_at(below(self.ground.missed(), rng));
-            let first_rad = single(uniform(rng)) * TAU / SIDES as f32;
-            for side in 0..SIDES {
-                let (cos, sin) = cos_sin(first_rad + TAU * side as f32 / SIDES as f32);
-                for distance in DISTANCES {
-                    let away_m = distance * range_m;
-                    let spot = Spot::facing(x_m - away_m * cos, y_m - away_m * sin, (cos, sin));
-                    if !self.allows(&spot) {
-                        continue;
-                    }
-                    let gain = self.ground.gain(&spot);
-                    if gain == 0 {
-                        continue;
-                    }
-                    let (detour_m, place) = self.best_place(&spot);
-                    let price = (detour_m + 0.5) / gain as f32;
-                    if best.as_ref().is_none_or(|&(least, ..)| price < least) {
-                        best = Some((price, place, spot));
-                    }
+        let (x_m, y_m) = self.ground.missed_at(cell);
+        let first_rad = single(uniform(rng)) * TAU / SIDES as f32;
+        for side in 0..SIDES {
+            let (cos, sin) = cos_sin(first_rad + TAU * side as f32 / SIDES as f32);
+            for distance in DISTANCES {
+                let away_m = distance * range_m;
+                let spot = Spot::facing(x_m - away_m * cos, y_m - away_m * sin, (cos, sin));
+                if !self.allows(&spot) {
+                    continue;
+                }
+                let gain = self.ground.gain(&spot);
+                if gain == 0 {
+                    continue;
+                }
+                let (detour_m, place) = self.best_place(&spot);
+                let price = (detour_m + 0.5) / gain as f32;
+                if best.as_ref().is_none_or(|&(least, ..)| price < least) {
+                    best = Some((price, place, spot));
                 }
             }
         }
-        best.map(|(_, place, spot)| (place, spot))
+        best
     }
 
     /// The shortest detour by which the plan can pass a spot, among the places that are nearest to it.
@@ -286,5 +323,97 @@ impl Views<'_> {
     /// Length of the legs to a place and from there.
     fn around_m(&self, place: usize) -> f32 {
         self.plan.legs_m[place] + self.plan.legs_m.get(place + 1).copied().unwrap_or(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use swath_core::config::Document;
+    use swath_core::grid::Grid;
+    use swath_core::ground::SeenGround;
+    use swath_core::rng::agent_rng;
+    use swath_core::site::Site;
+
+    use super::super::ways::Ways;
+    use super::*;
+
+    fn site(overlay: &str) -> Site {
+        let mut document = Document::open("cowbot-field").unwrap();
+        document.overlay(overlay.parse().unwrap());
+        Site::new(&document.scenario().unwrap())
+    }
+
+    #[test]
+    fn a_plan_shows_all_open_ground_again_whatever_was_left_out_of_it() {
+        for overlay in
+            ["", "sensor.range_m = 8.0\nsensor.width_m = 8.0", "pasture.headland_m = 1.5"]
+        {
+            let site = site(overlay);
+            let mut plan = Plan::new(Spot::new(0.0, 0.0, 0.0), Ways::new(&site));
+            let mut ground = OpenGround::new(&site);
+            let size_m = (single(site.length_m), single(site.width_m));
+            let mut rng = agent_rng(1);
+            Views { plan: &mut plan, ground: &mut ground, size_m, until: None }.sweep(
+                single(site.sensor_width_m),
+                300,
+                &mut rng,
+            );
+            for round in 0..20 {
+                let (mut plan, mut ground) = (plan.clone(), ground.clone());
+                for _ in 0..3 {
+                    let place = below(plan.nodes.len(), &mut rng);
+                    plan.remove(place);
+                }
+                Views { plan: &mut plan, ground: &mut ground, size_m, until: None }
+                    .mend(5, 125, &mut rng);
+                assert_eq!(ground.missed(), 0, "{overlay}, round {round}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_last_ground_is_looked_at_however_far_away_it_is() {
+        let site = site("");
+        let size_m = (single(site.length_m), single(site.width_m));
+        let grid = Grid::new(site.length_m, site.width_m);
+        let mut seen = SeenGround::none(Arc::new(grid));
+        let last = (grid.columns() - 1, grid.rows() - 1);
+        for row in 0..grid.rows() {
+            for column in (0..grid.columns()).filter(|&column| (column, row) != last) {
+                seen.absorb(&[grid.cell_at(grid.centre(column, row))]);
+            }
+        }
+        for seed in 0..20 {
+            let mut plan = Plan::new(Spot::new(0.0, 0.0, 0.0), Ways::new(&site));
+            let mut ground = OpenGround::new(&site);
+            // One cell is open, and the way there is longer than what a cell is worth to a single change.
+            ground.settle_band(0.0, size_m.1);
+            ground.reopen(&seen);
+            assert_eq!(ground.open(), 1);
+            Views { plan: &mut plan, ground: &mut ground, size_m, until: None }.mend(
+                5,
+                500,
+                &mut agent_rng(seed),
+            );
+            assert_eq!(ground.missed(), 0, "seed {seed}");
+        }
+    }
+
+    #[test]
+    fn a_time_that_is_over_ends_all_changes_but_leaves_no_ground_out() {
+        let site = site("");
+        let mut plan = Plan::new(Spot::new(0.0, 0.0, 0.0), Ways::new(&site));
+        let mut ground = OpenGround::new(&site);
+        let size_m = (single(site.length_m), single(site.width_m));
+        let until = Deadline::within(0.0);
+        // As many changes would take days.
+        Views { plan: &mut plan, ground: &mut ground, size_m, until }.sweep(
+            single(site.sensor_width_m),
+            1 << 40,
+            &mut agent_rng(1),
+        );
+        assert_eq!(ground.missed(), 0);
     }
 }

@@ -1,33 +1,47 @@
 //! How the mower may get from one place to the next.
 
-use swath_core::geometry::{DubinsPath, Pose, Word, shortest};
+use swath_core::geometry::{DubinsPath, Pose, shortest, words};
 use swath_core::site::Site;
 
-use super::spot::{Spot, leg_m, single};
+use super::spot::{Spot, legs_m, single};
 
 /// What a leg costs more that leaves the headland, metres.
 const FORBIDDEN_M: f32 = 1_000.0;
-/// Spacing of the poses by which it is told whether a way leaves the headland, metres, and how much nearer the border is for that.
-const SPACING_M: f64 = 0.25;
+/// How much nearer the border is for plans, metres: more than single precision errs by.
 const BORDER_M: f64 = 0.01;
+/// How far from where it begins or ends a shortest way leads at most that has a straight, in turning radii: to the other side of
+/// a turning circle. And any shortest way: to the other side of the circle in the middle, which touches that one.
+const REACH: f64 = 2.0;
+const REACH_OF_THREE_TURNS: f64 = 4.0;
 
 /// Shortest ways for a turning radius that stay on the pasture and its headland.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Ways {
-    radius_m: f32,
-    /// `None` where the headland is so wide that no way between places on the pasture leaves it.
-    fence: Option<Site>,
+    radius_m: f64,
+    /// `None` where the mower may drive anywhere.
+    fence: Option<Fence>,
     /// How far outside the pasture the mower may stand in any direction, metres.
     outside_m: f32,
 }
 
+/// Where the mower may drive.
+#[derive(Debug, Clone, Copy)]
+#[expect(clippy::struct_field_names, reason = "units are in names")]
+struct Fence {
+    length_m: f64,
+    width_m: f64,
+    headland_m: f64,
+}
+
 impl Ways {
     pub(super) fn new(site: &Site) -> Self {
-        let turn_m = 2.0 * site.turning_radius_m;
-        let fence = (site.headland_m < turn_m)
-            .then_some(Site { headland_m: site.headland_m - BORDER_M, ..*site });
-        let outside_m = single((site.headland_m - turn_m).max(0.0));
-        Self { radius_m: single(site.turning_radius_m), fence, outside_m }
+        let fence = site.headland_m.is_finite().then_some(Fence {
+            length_m: site.length_m,
+            width_m: site.width_m,
+            headland_m: site.headland_m - BORDER_M,
+        });
+        let outside_m = single((site.headland_m - REACH * site.turning_radius_m).max(0.0));
+        Self { radius_m: site.turning_radius_m, fence, outside_m }
     }
 
     /// How far outside the pasture the mower may stand in any direction, metres.
@@ -38,42 +52,58 @@ impl Ways {
     /// Length of the shortest way, metres; much more if it leaves the headland.
     #[inline]
     pub(super) fn leg_m(&self, from: &Spot, to: &Spot) -> f32 {
-        match &self.fence {
-            Some(fence) if self.may_leave(fence, from) || self.may_leave(fence, to) => {
-                let way = self.within(fence, from.pose(), to.pose());
-                way.map_or(FORBIDDEN_M + leg_m(from, to, self.radius_m), |way| {
-                    single(way.length_m())
-                })
+        let legs_m = || legs_m(from, to, single(self.radius_m));
+        let Some(fence) = &self.fence else { return legs_m().shortest() };
+        let far_m = single(fence.headland_m - REACH_OF_THREE_TURNS * self.radius_m);
+        if fence.is_within(from, far_m) && fence.is_within(to, far_m) {
+            return legs_m().shortest();
+        }
+        let near_m = single(fence.headland_m - REACH * self.radius_m);
+        if fence.is_within(from, near_m) && fence.is_within(to, near_m) {
+            let legs_m = legs_m();
+            if legs_m.with_straight <= legs_m.of_three_turns {
+                return legs_m.with_straight;
             }
-            _ => leg_m(from, to, self.radius_m),
+        }
+        let (way, beyond_m) = self.least_beyond(fence, from.pose(), to.pose());
+        single(way.length_m()) + if beyond_m > 0.0 { FORBIDDEN_M } else { 0.0 }
+    }
+
+    /// The shortest way that stays on the headland; where there is none, the one that leaves it least.
+    pub(super) fn way(&self, from: Pose, to: Pose) -> DubinsPath {
+        match &self.fence {
+            Some(fence) => self.least_beyond(fence, from, to).0,
+            None => {
+                shortest(from, to, self.radius_m).expect("a checked scenario has a turning radius")
+            }
         }
     }
 
-    /// The shortest way; one that leaves the headland only if there is no other.
-    pub(super) fn way(&self, from: Pose, to: Pose) -> DubinsPath {
-        let within = self.fence.as_ref().and_then(|fence| self.within(fence, from, to));
-        within.unwrap_or_else(|| {
-            shortest(from, to, self.radius_m.into())
-                .expect("a checked scenario has a turning radius")
-        })
-    }
-
-    /// Whether a way from there may leave the headland.
-    fn may_leave(&self, fence: &Site, spot: &Spot) -> bool {
-        let reach_m = single(fence.headland_m) - 2.0 * self.radius_m;
-        let (length_m, width_m) = (single(fence.length_m), single(fence.width_m));
-        !((-reach_m..=length_m + reach_m).contains(&spot.x_m)
-            && (-reach_m..=width_m + reach_m).contains(&spot.y_m))
-    }
-
-    /// The shortest of the words that stay on the headland.
-    fn within(&self, fence: &Site, from: Pose, to: Pose) -> Option<DubinsPath> {
-        let stays = |way: &DubinsPath| {
-            let looks = swath_core::math::floor_index(way.length_m() / SPACING_M) + 1;
-            let apart_m = way.length_m() / looks as f64;
-            (0..=looks).all(|look| fence.allows(way.at(apart_m * look as f64)))
+    /// The way that leaves the headland least, the shortest of several, and how far it does, metres.
+    fn least_beyond(&self, fence: &Fence, from: Pose, to: Pose) -> (DubinsPath, f64) {
+        let ways = words(from, to, self.radius_m).map(|way| (way, fence.beyond_m(&way)));
+        let order = |(one, one_m): &(DubinsPath, f64), (other, other_m): &(DubinsPath, f64)| {
+            one_m.total_cmp(other_m).then(one.length_m().total_cmp(&other.length_m()))
         };
-        let ways = Word::ALL.iter().filter_map(|word| word.path(from, to, self.radius_m.into()));
-        ways.filter(stays).min_by(|one, other| one.length_m().total_cmp(&other.length_m()))
+        ways.min_by(order).expect("two of the words join any poses")
+    }
+}
+
+impl Fence {
+    /// Whether a spot lies at most so far outside the pasture, metres.
+    fn is_within(&self, spot: &Spot, outside_m: f32) -> bool {
+        let (length_m, width_m) = (single(self.length_m), single(self.width_m));
+        (-outside_m..=length_m + outside_m).contains(&spot.x_m)
+            && (-outside_m..=width_m + outside_m).contains(&spot.y_m)
+    }
+
+    /// How far a way leads over the fence, metres; 0 if it does not.
+    fn beyond_m(&self, way: &DubinsPath) -> f64 {
+        way.arcs().fold(0.0, |beyond_m: f64, arc| {
+            let (least, most) = arc.bounds();
+            let outside_m =
+                (-least.x).max(-least.y).max(most.x - self.length_m).max(most.y - self.width_m);
+            beyond_m.max(outside_m - self.headland_m)
+        })
     }
 }

@@ -11,9 +11,19 @@ use swath_benchmarks::scenario;
 use swath_core::env::Env;
 use swath_core::view::View;
 
-/// Weeds on the pasture.
-const COUNTS: [u32; 6] = [40, 20, 80, 160, 320, 640];
-/// Instances, unless the command says how many.
+/// Weeds on the pasture, and its headland, metres.
+const CASES: [(u32, f64); 9] = [
+    (40, f64::INFINITY),
+    (20, f64::INFINITY),
+    (80, f64::INFINITY),
+    (160, f64::INFINITY),
+    (320, f64::INFINITY),
+    (640, f64::INFINITY),
+    (40, 10.0),
+    (40, 4.0),
+    (40, 2.0),
+];
+/// Instances, unless the command says how many; at least two, since the first of a process takes longer.
 const INSTANCES: u64 = 3;
 
 /// An agent whose plans are timed.
@@ -53,17 +63,18 @@ fn quantile(sorted: &[f64], percent: usize) -> f64 {
 fn main() {
     let instances = std::env::args().nth(1);
     let instances =
-        instances.map_or(INSTANCES, |text| text.parse().expect("a number of instances"));
+        instances.map_or(INSTANCES, |text| text.parse().expect("a number of instances")).max(2);
     println!(
         "horizon, default options, 100 x 40 m, weeds spread evenly, instances 0 to {}",
         instances - 1
     );
     println!(
-        "| weeds | plans an episode | median, ms | p99, ms | longest, ms | first episode, s | mean of the others, s |"
+        "| weeds | headland, m | plans an episode | median, ms | p99, ms | longest, ms | first episode, s | mean of the others, s |"
     );
-    println!("| --- | --- | --- | --- | --- | --- | --- |");
-    for count in COUNTS {
-        let scenario = scenario(&format!("pasture.headland_m = inf\nweeds.count = {count}"));
+    println!("| --- | --- | --- | --- | --- | --- | --- | --- |");
+    for (count, headland_m) in CASES {
+        let overlay = format!("pasture.headland_m = {headland_m}\nweeds.count = {count}");
+        let scenario = scenario(&overlay);
         let mut agent =
             Timed { horizon: Horizon::new(HorizonOptions::default()), plans_s: Vec::new() };
         let episodes_s: Vec<f64> = (0..instances)
@@ -77,9 +88,9 @@ fn main() {
         plans_s.sort_by(f64::total_cmp);
         let [median, p99, longest] = [50, 99, 100].map(|percent| 1e3 * quantile(&plans_s, percent));
         let plans = plans_s.len() as f64 / instances as f64;
-        let others = episodes_s[1..].iter().sum::<f64>() / (episodes_s.len() - 1).max(1) as f64;
+        let others = episodes_s[1..].iter().sum::<f64>() / (instances - 1) as f64;
         println!(
-            "| {count} | {plans:.0} | {median:.1} | {p99:.1} | {longest:.1} | {:.2} | {others:.2} |",
+            "| {count} | {headland_m:?} | {plans:.0} | {median:.1} | {p99:.1} | {longest:.1} | {:.2} | {others:.2} |",
             episodes_s[0]
         );
     }

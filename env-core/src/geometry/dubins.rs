@@ -224,6 +224,16 @@ impl DubinsPath {
         })
     }
 
+    /// The three pieces as arcs, in driving order.
+    pub fn arcs(&self) -> impl Iterator<Item = Arc> {
+        let mut start = self.start;
+        self.segments().into_iter().map(move |Segment { curvature_per_m, length_m }| {
+            let arc = Arc { start, curvature_per_m, length_m };
+            start = arc.end();
+            arc
+        })
+    }
+
     /// The pose after `distance_m` along the path, clamped to its ends.
     #[must_use]
     pub fn at(&self, distance_m: f64) -> Pose {
@@ -283,16 +293,19 @@ pub fn shortest(start: Pose, goal: Pose, radius_m: f64) -> Result<DubinsPath, Pa
     if start.distance_to(&goal) < 1e-9 && turned_rad.min(TAU - turned_rad) < 1e-9 {
         return Ok(DubinsPath { start, word: Word::Lsl, radius_m, lengths_m: [0.0; 3] });
     }
-    let query = Query::new(start, goal, radius_m);
-    let mut best: Option<DubinsPath> = None;
-    for word in Word::ALL {
-        if let Some(path) = query.path(word)
-            && best.is_none_or(|b| path.length_m() < b.length_m())
-        {
-            best = Some(path);
-        }
-    }
+    let best = words(start, goal, radius_m)
+        .reduce(|best, path| if path.length_m() < best.length_m() { path } else { best });
     Ok(best.expect("LSL and RSR join any two poses"))
+}
+
+/// The path of every word that joins two poses, in the order of [`Word::ALL`]; LSL and RSR are always among them.
+///
+/// # Panics
+///
+/// If `radius_m` is not finite and positive.
+pub fn words(start: Pose, goal: Pose, radius_m: f64) -> impl Iterator<Item = DubinsPath> {
+    let query = Query::new(start, goal, radius_m);
+    Word::ALL.into_iter().filter_map(move |word| query.path(word))
 }
 
 /// Length of a boustrophedon path of `passes` parallel passes of `length_m`, `spacing_m` apart, with the shortest U-turns.

@@ -284,8 +284,9 @@ fn a_client_may_be_killed_and_its_place_is_free_after_the_grace_and_its_memory_t
             first * TOGETHER
         );
         measured(&text);
-        // What eight clients had at once was half as much again, and nearly all of that has to be back.
-        assert!(used <= 1.4, "{text}");
+        // What eight clients had at once was half as much again. Where the allocator is told to, nearly all of that is back.
+        let is_told = cfg!(all(target_os = "linux", target_env = "gnu"));
+        assert!(used <= 1.4 || !is_told, "{text}");
         // Few kills tell less.
         assert!(grown <= if batches > 5 { 1.05 } else { 1.1 }, "{text}");
     }

@@ -36,6 +36,9 @@ fn pastures() -> Vec<(&'static str, ValidScenario)> {
         ),
         ("no weeds", scenario("weeds.count = 0")),
         ("wide turns", scenario("mower.turning_radius_m = 5.0\npasture.headland_m = inf")),
+        // Neither is a number in single precision: one is rounded down, one up.
+        ("turns of 1.4 m", scenario("mower.turning_radius_m = 1.4\nweeds.count = 15")),
+        ("turns of 2.7 m", scenario("mower.turning_radius_m = 2.7\nweeds.count = 15")),
         ("narrow sight", scenario("sensor.width_m = 4.0\nsensor.range_m = 4.0")),
         (
             "odd size",

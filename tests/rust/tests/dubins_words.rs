@@ -7,7 +7,7 @@ use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use proptest::prelude::*;
 use swath_core::action::Command;
-use swath_core::geometry::{DubinsPath, Pose, Word, boustrophedon_length, shortest};
+use swath_core::geometry::{Arc, DubinsPath, Pose, Word, boustrophedon_length, shortest, words};
 use swath_tests::cases::cases;
 use swath_tests::oracle::driven;
 use swath_tests::scene::poses;
@@ -394,6 +394,39 @@ proptest! {
         let driven_m = passes as f64 * length_m + (passes - 1) as f64 * turn_m;
         let closed_m = boustrophedon_length(passes, length_m, spacing_m, radius_m);
         prop_assert!((driven_m - closed_m).abs() < 1e-6, "{driven_m} m, not {closed_m} m");
+    }
+}
+
+proptest! {
+    #![proptest_config(cases())]
+
+    #[test]
+    fn the_bounds_of_a_piece_are_those_of_the_points_on_it(
+        start in poses(20.0), curvature_per_m in prop_oneof![Just(0.0), -2.0..2.0],
+        length_m in 0.0..12.0,
+    ) {
+        let arc = Arc { start, curvature_per_m, length_m };
+        let (least, most) = arc.bounds();
+        let (mut low, mut high) = (start.position(), start.position());
+        for piece in 0..=3000 {
+            let at = arc.at(length_m * f64::from(piece) / 3000.0).position();
+            (low, high) = (low.inf(&at), high.sup(&at));
+        }
+        // Of points 4 mm apart on a circle of half a metre, one is within 2 mm of the outermost one: 4 um lower at most.
+        prop_assert!((least - low).norm() < 1e-5 && (most - high).norm() < 1e-5);
+    }
+
+    #[test]
+    fn the_shortest_of_all_words_is_the_shortest_path((start, goal, radius_m) in queries()) {
+        let all: Vec<DubinsPath> = words(start, goal, radius_m).collect();
+        let least_m = all.iter().map(DubinsPath::length_m).fold(f64::INFINITY, f64::min);
+        let shortest_m = shortest_m(start, goal, radius_m);
+        // Poses that coincide are joined by nothing at all.
+        prop_assert!(shortest_m <= least_m && (shortest_m == least_m || shortest_m == 0.0));
+        for path in all {
+            let end = path.arcs().last().unwrap().end();
+            prop_assert!(end.distance_to(&path.at(path.length_m())) < GENERAL_M);
+        }
     }
 }
 

@@ -115,11 +115,36 @@ fn a_narrow_headland_is_kept() {
 }
 
 #[test]
+fn a_sensor_that_is_smaller_than_a_piece_of_ground_has_it_drive_rows() {
+    for size_m in ["1.0", "0.4"] {
+        let overlay = format!("sensor.range_m = {size_m}\nsensor.width_m = {size_m}");
+        let summary = run("horizon:iterations=100", &scenario("cowbot-field", &overlay), 0);
+        assert_whole(&summary, &overlay);
+        assert!(summary.path_length_m <= summary.bcp_length_m, "{overlay}: {summary:?}");
+    }
+}
+
+#[test]
+fn wide_turns_stay_on_a_headland_that_has_just_room_for_them() {
+    for radius_m in [4.0, 5.0] {
+        let overlay = format!(
+            "mower.turning_radius_m = {radius_m}\npasture.headland_m = 10.0\nweeds.count = 80"
+        );
+        let scenario = scenario("cowbot-field", &overlay);
+        for seed in 0..20 {
+            let what = format!("radius {radius_m} m, seed {seed}");
+            assert_whole(&run("horizon:iterations=50", &scenario, seed), &what);
+        }
+    }
+}
+
+#[test]
 fn options_that_cannot_be_used_are_refused_by_name() {
     for (agent, name) in [
         ("horizon:iterations=0", "horizon.iterations"),
         ("horizon:time_ms=-1", "horizon.time_ms"),
         ("horizon:time_ms=nan", "horizon.time_ms"),
+        ("horizon:time_ms=1e30", "horizon.time_ms"),
         ("horizon:bar_margin_m=-0.1", "horizon.bar_margin_m"),
         ("horizon:speed=3", "speed"),
     ] {

@@ -36,9 +36,15 @@ def replay(
         typer.Option(help="CSV file with one weed a line, x and y in m.", show_default="the scenario's own"),
     ] = None,
     seed: Annotated[int, typer.Option(help="Draws the weeds, and apart from them the agents' own choices.")] = 0,
-    fps: Annotated[int | None, typer.Option(help="Films: pictures a second.", show_default="30")] = None,
+    fps: Annotated[
+        int | None, typer.Option(help="Films: pictures a second, at most 50 in a .gif.", show_default="30")
+    ] = None,
     seconds: Annotated[
-        float | None, typer.Option(help="Films: how long the longest path takes.", show_default="by its length")
+        float | None,
+        typer.Option(
+            help="Films: how long the longest path takes; the last picture stands 1.5 s more.",
+            show_default="1 for 100 m, from 5 to 30",
+        ),
     ] = None,
 ) -> None:
     """Show how agents drive, side by side on the same weeds: a page that plays offline, a film or a picture."""
@@ -56,7 +62,7 @@ def replay(
         write_film(episodes, out, fps=fps or _FPS, seconds=seconds)
     for episode in episodes:
         typer.echo(
-            f"{episode.agent}: {episode.path_length_m:.0f} m, {100 * episode.path_fraction:.1f} % of the boustrophedon "
+            f"{episode.agent}: {episode.path_length_m:.1f} m, {100 * episode.path_fraction:.1f} % of the boustrophedon "
             f"path, {episode.weeds_mowed} of {episode.weeds_total} weeds mowed"
         )
     typer.echo(f"wrote {out}")

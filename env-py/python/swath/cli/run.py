@@ -13,6 +13,7 @@ import typer
 from swath.cli.options import AsJson
 from swath.episode import Episode, run_episode
 from swath.files import write_whole
+from swath.share import share
 
 __all__ = ["run"]
 
@@ -36,7 +37,14 @@ def run(
         typer.echo(json.dumps(numbers, indent=2))
         return
     for name, value in numbers.items():
-        typer.echo(f"{name:16} {value}")
+        typer.echo(f"{name:16} {_rounded(name, value)}")
+
+
+def _rounded(name: str, value: object) -> str:
+    """Returns a number as people read it: lengths in millimetres, shares to a hundredth of a per cent."""
+    if not isinstance(value, float):
+        return str(value)
+    return f"{value:.3f}" if name.endswith("_m") else share(value, 4)
 
 
 def numbers_of(episode: Episode) -> dict[str, object]:

@@ -90,8 +90,8 @@ def write_film(
         episodes: What `run_episode` returned: from 1 to 64, of one scenario and with the same weeds.
         path: The file, replaced if there is one; it is complete or not there.
         size: Width and height of the picture of one episode, pixels, from (160, 90) to (4096, 4096).
-        fps: Pictures a second, from 1 to 100; a GIF rounds their times to hundredths of a second.
-        seconds: How long the longest episode takes; the last picture stands a while longer. None: 1 s for 100 m, but
+        fps: Pictures a second, from 1 to 100; a GIF shows each for whole hundredths of a second, 2 or more.
+        seconds: How long the longest episode takes; the last picture stands 1.5 s longer. None: 1 s for 100 m, but
             from 5 s to 30 s.
 
     Raises:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,6 +20,9 @@ __all__ = ["write_gif", "write_mp4", "write_png"]
 _LAST_SHOWN_S = 1.5
 """How long the last picture of a film stands, seconds."""
 
+_SHORTEST = 2
+"""Hundredths of a second that a picture of a GIF is shown at least."""
+
 _MP4 = ["-f", "mp4", "-crf", "20", "-threads", "1", "-fflags", "+bitexact", "-flags", "+bitexact"]
 
 
@@ -27,18 +32,24 @@ def write_png(path: Path, script: Script) -> None:
 
 
 def write_gif(path: Path, script: Script) -> None:
-    """Writes a film that repeats."""
+    """Writes a film that repeats.
+
+    A GIF counts hundredths of a second, and browsers slow down what is faster than two of them: so the pictures are as
+    many as fit in evenly, at about the rate asked for.
+    """
     from PIL import Image
 
+    each = max(round(100 / script.fps), _SHORTEST)
+    length = round(100 * script.frames / script.fps)
+    script = replace(script, frames=max(round(length / each), 1))
     # One palette for all: the legend is in every picture, and the last one has all that is mixed from its colours.
     palette = Image.fromarray(script.last_picture()).quantize(255, dither=Image.Dither.NONE)
     pictures = [
         Image.fromarray(picture).quantize(palette=palette, dither=Image.Dither.NONE) for picture in script.pictures()
     ]
-    # A GIF counts hundredths of a second.
-    ends = [round(100 * (number + 1) / script.fps) for number in range(len(pictures))]
-    times_ms = [10 * (end - start) for start, end in zip([0, *ends], ends, strict=False)]
-    times_ms[-1] = round(1000 * _LAST_SHOWN_S)
+    ends = [round(length * (number + 1) / script.frames) for number in range(script.frames)]
+    times_ms = [10 * (end - start) for start, end in itertools.pairwise([0, *ends])]
+    times_ms.append(round(1000 * _LAST_SHOWN_S))
     first, *others = pictures
     with unfinished(path) as file:
         first.save(file, format="GIF", save_all=True, append_images=others, duration=times_ms, loop=0)

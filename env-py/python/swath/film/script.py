@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from swath import _native
+from swath.styles import title_of
 
 if TYPE_CHECKING:
     from typing import TypeAlias
@@ -44,7 +45,7 @@ class Script:
         """Returns the episodes at their start: up to three side by side, more in a square."""
         first, count = self.episodes[0], len(self.episodes)
         columns = count if count <= _LONGEST_ROW else math.ceil(math.sqrt(count))
-        paths = [(episode.agent, episode.trajectory) for episode in self.episodes]
+        paths = [(title_of(episode.agent), episode.trajectory) for episode in self.episodes]
         return _native.Film(first.scenario, first.weeds_m, paths, self.size, columns)
 
     def last_picture(self) -> Image:

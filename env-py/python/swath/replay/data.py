@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from swath.errors import ConfigError
+from swath.styles import YARDSTICK, is_yardstick, style, styles_of
 
 if TYPE_CHECKING:
     from swath.episode import Episode
@@ -24,17 +25,18 @@ _MOST_CELLS = 20_000
 """Larger pastures show seen ground in blocks of cells."""
 
 
-def data_of(episodes: Sequence[Episode], lines: Sequence[int] | None = None) -> dict[str, object]:
+def data_of(episodes: Sequence[Episode], styles: Sequence[int] | None = None) -> dict[str, object]:
     """Returns what the player shows.
 
     Args:
         episodes: At least one; of one scenario, on the same weeds.
-        lines: Number of each agent's colour and dash; None: 0, 1, 2, ...
+        styles: Number of each agent's style; None: as `styles_of` numbers them.
 
     Returns:
         Plain data with arrays in base64: `weeds_m` (n, 2) float32, metres; of each agent `arcs` (n, 5) float32
         (x_m, y_m, heading_rad, curvature_per_m, length_m), `detected_m` and `mowed_m` (n,) float32 with inf for never,
-        `seen_step` (rows, columns) uint16, where 65,534 is the whole path and 65,535 never.
+        `seen_step` (rows, columns) uint16, where 65,534 is the whole path and 65,535 never, and `seen_m` (1001,)
+        float32, the way driven when each thousandth of the ground was seen.
 
     Raises:
         ConfigError: If the episodes are not of one scenario and the same weeds.
@@ -53,6 +55,7 @@ def data_of(episodes: Sequence[Episode], lines: Sequence[int] | None = None) -> 
     assert isinstance(sensor, dict), "a scenario has a block `sensor`"
     x_m, y_m = np.concatenate([episode.trajectory[:, :2] for episode in episodes]).T
     seen = [_in_blocks(episode.cell_seen_path_m) for episode in episodes]
+    looks = [style(number) for number in styles or styles_of([episode.agent for episode in episodes])]
     return {
         "length_m": pasture["length_m"],
         "width_m": pasture["width_m"],
@@ -70,16 +73,20 @@ def data_of(episodes: Sequence[Episode], lines: Sequence[int] | None = None) -> 
         "agents": [
             {
                 "label": episode.agent,
-                "line": line,
+                "yardstick": YARDSTICK if is_yardstick(episode.agent) else "",
+                "colour": look.colour,
+                "dash": look.dash,
                 "outcome": episode.outcome,
                 "length_m": episode.path_length_m,
                 "boustrophedon_m": episode.bcp_length_m,
+                "start": episode.trajectory[0, :3].tolist(),
                 "arcs": _float32(episode.arcs),
                 "detected_m": _float32(episode.weed_detected_path_m),
                 "mowed_m": _float32(episode.weed_mowed_path_m),
                 "seen_step": _steps(cells, episode.path_length_m),
+                "seen_m": _float32(_thousandths(episode.cell_seen_path_m)),
             }
-            for line, episode, cells in zip(lines or range(len(episodes)), episodes, seen, strict=True)
+            for look, episode, cells in zip(looks, episodes, seen, strict=True)
         ],
     }
 
@@ -93,6 +100,13 @@ def _steps(cells_m: npt.NDArray[np.float64], length_m: float) -> str:
     share = np.where(np.isfinite(cells_m), cells_m, 0.0) / (length_m or 1.0)
     steps = np.where(np.isfinite(cells_m), np.round(share * (_NEVER - 1)), _NEVER)
     return b64encode(steps.astype("<u2").tobytes()).decode()
+
+
+def _thousandths(cells_m: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Returns how far the mower had come when none, a thousandth ... and all of the cells were seen, (1001,)."""
+    ordered_m = np.sort(cells_m, axis=None)
+    cells = -(-np.arange(1, 1001) * ordered_m.size // 1000)
+    return np.concatenate([[0.0], ordered_m[cells - 1]])
 
 
 def _in_blocks(cells_m: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -22,6 +22,10 @@ const TICK_M = 1e-3; // Lengths come as float32.
 class Episode {
   constructor(data) {
     this.label = data.label;
+    this.title = data.yardstick ? `${data.label} (yardstick)` : data.label;
+    this.yardstick = data.yardstick;
+    this.colour = `--line-${data.colour}`;
+    this.dash = data.dash;
     this.outcome = data.outcome;
     this.lengthM = data.length_m;
     this.boustrophedonM = data.boustrophedon_m;
@@ -37,11 +41,13 @@ class Episode {
       this.arcs.push({ x, y, heading, curvature, length, sinceM });
       sinceM += length;
     }
+    const [x, y, heading] = data.start;
+    this.start = { x, y, heading };
     this.arcStartsM = this.arcs.map((arc) => arc.sinceM);
     this.mowedOrderM = this.mowedM.filter(Number.isFinite).sort();
     // A weed may be mowed undetected.
     this.metM = this.detectedM.map((detectedM, weed) => Math.min(detectedM, this.mowedM[weed]));
-    this.seenOrder = this.seenStep.filter((step) => step < 65535).sort();
+    this.seenM = numbersOf(data.seen_m, Float32Array);
   }
 
   isOver(pathM) {
@@ -51,7 +57,7 @@ class Episode {
   // Where the mower is: metres and radians.
   poseAt(pathM) {
     const arc = this.arcs[Math.max(0, countUpTo(this.arcStartsM, pathM) - 1)];
-    if (!arc) return { x: 0, y: 0, heading: 0 };
+    if (!arc) return this.start;
     const along = Math.max(0, Math.min(pathM - arc.sinceM, arc.length));
     const heading = arc.heading + arc.curvature * along;
     if (Math.abs(arc.curvature) < 1e-6) {
@@ -104,7 +110,8 @@ class Episode {
       mowed,
       detected: met - mowed,
       undetected: this.mowedM.length - met,
-      seenPercent: (100 * countUpTo(this.seenOrder, this.seenStepAt(pathM))) / (this.seenStep.length || 1),
+      // Whole thousandths: what is not whole is not called whole.
+      seenPercent: (countUpTo(this.seenM, pathM + TICK_M) - 1) / 10,
     };
   }
 }

@@ -10,6 +10,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING
 
 from swath.replay.data import data_of
+from swath.styles import YARDSTICK, is_yardstick, title_of
 
 if TYPE_CHECKING:
     from swath.episode import Episode
@@ -34,16 +35,19 @@ def page_of(episodes: Sequence[Episode]) -> str:
         ConfigError: If the episodes are not of one scenario and the same weeds.
     """
     first = episodes[0]
-    names = " beside ".join(episode.agent for episode in episodes)
+    names = " beside ".join(title_of(episode.agent) for episode in episodes)
     title = f"{names} on {first.scenario.name}, seed {first.seed}"
     about = (
         f"{first.weeds_total} weeds. All mowers drive at one speed, so the clock is the path driven, in metres; "
         "it stops for an agent when its own path ends."
     )
+    for episode in episodes:
+        if is_yardstick(episode.agent):
+            about += f" <i>{escape(episode.agent)}</i>: a {escape(YARDSTICK)}."
     body = (
         f"<h1>{escape(title)}</h1>\n"
-        f'<p class="about">{about}</p>\n'
         '<main id="player"></main>\n'
+        f'<p class="about">{about}</p>\n'
         '<p class="keys">Keys: space plays and pauses; left and right go 1&nbsp;% of the path (with shift 10&nbsp;%); '
         "up and down change the speed; home and end.</p>\n"
         + json_block("replay", data_of(episodes))

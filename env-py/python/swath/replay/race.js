@@ -1,16 +1,8 @@
 // The curves below the pictures: weeds mowed over the path driven, a line for each agent.
 
-// A colour of the page and a dash for each agent, told apart by colour-blind readers too.
-const DASHES = [[], [7, 3], [2, 3], [9, 3, 2, 3], [4, 4], [12, 3], [1, 2], [7, 2, 2, 2, 2, 2]];
-
-function lineOf(number, element) {
-  const kind = number % DASHES.length;
-  return [getComputedStyle(element).getPropertyValue(`--line-${kind}`).trim(), DASHES[kind]];
-}
-
 class Race {
-  constructor(canvas, episodes, lines) {
-    Object.assign(this, { canvas, episodes, lines });
+  constructor(canvas, episodes) {
+    Object.assign(this, { canvas, episodes });
     this.longestM = Math.max(...episodes.map((episode) => episode.lengthM), 1);
     this.weeds = Math.max(1, episodes[0].mowedM.length);
   }
@@ -27,9 +19,7 @@ class Race {
     context.fillStyle = colours.paper;
     context.fillRect(0, 0, width, height);
     this.drawGrid(context, x, y, width, height, margin, colours);
-    this.episodes.forEach((episode, number) => {
-      this.drawLine(context, episode, number, pathM, x, y);
-    });
+    for (const episode of this.episodes) this.drawLine(context, episode, pathM, x, y);
     context.strokeStyle = colours.ink;
     context.lineWidth = 1;
     context.beginPath();
@@ -67,8 +57,8 @@ class Race {
   }
 
   // What has been driven in full, what is still to come faintly.
-  drawLine(context, episode, number, pathM, x, y) {
-    const [colour, dash] = lineOf(this.lines[number], this.canvas);
+  drawLine(context, episode, pathM, x, y) {
+    const colour = colourOf(episode.colour, this.canvas);
     const trace = (limitM) => {
       context.beginPath();
       context.moveTo(x(0), y(0));
@@ -87,7 +77,7 @@ class Race {
     context.fillStyle = colour;
     context.lineWidth = 1.6;
     context.globalAlpha = 0.3;
-    context.setLineDash(dash);
+    context.setLineDash(episode.dash);
     trace(episode.lengthM);
     context.globalAlpha = 1;
     context.lineWidth = 2.2;

@@ -6,10 +6,9 @@ import math
 from collections.abc import Sequence
 from html import escape
 
-__all__ = ["MARKERS", "Frame", "Scale", "marker", "swatch", "ticks"]
+from swath.styles import style
 
-MARKERS = ("circle", "triangle", "square", "diamond", "wedge", "plus", "cross", "bar")
-DASHES = ("", "7 3", "2 3", "9 3 2 3", "4 4", "12 3", "1 2", "7 2 2 2 2 2")
+__all__ = ["Frame", "Scale", "colour", "dashes", "marker", "swatch", "ticks"]
 
 
 def ticks(low: float, high: float, wanted: int) -> list[float]:
@@ -81,26 +80,42 @@ class Frame:
         return self._head + "".join(self._parts) + "</svg>"
 
 
-def marker(agent: int, x: float, y: float, title: str = "", size: float = 4.0) -> str:
-    """Returns an agent's mark: a colour and a shape of its own; `title` is shown when it is pointed at."""
-    kind = agent % len(MARKERS)
+def colour(number: int) -> str:
+    """Returns the class that gives an element the colour of a style."""
+    return f"c{style(number).colour}"
+
+
+def dashes(number: int) -> str:
+    """Returns the dash of a style, as SVG writes it."""
+    return " ".join(map(str, style(number).dash))
+
+
+def marker(number: int, x: float, y: float, title: str = "", size: float = 4.0) -> str:
+    """Returns the mark of a style, in its colour; `title` is shown when it is pointed at."""
     d, s = size, 0.8 * size
+    square = f"M{x - s:g} {y - s:g}h{2 * s:g}v{2 * s:g}h{-2 * s:g}z"
+    diamond = f"M{x} {y - 1.25 * d:g}l{d:g} {1.25 * d:g}l{-d:g} {1.25 * d:g}l{-d:g} {-1.25 * d:g}z"
+    upright = f"M{x - d:g} {y}h{2 * d:g}M{x} {y - d:g}v{2 * d:g}"
+    slanted = f"M{x - s:g} {y - s:g}l{2 * s:g} {2 * s:g}M{x - s:g} {y + s:g}l{2 * s:g} {-2 * s:g}"
     shape = {
         "circle": f'<circle cx="{x}" cy="{y}" r="{d:g}"/>',
-        "triangle": f'<path d="M{x} {y - d}l{d} {2 * s}h{-2 * d}z"/>',
-        "square": f'<path d="M{x - s} {y - s}h{2 * s}v{2 * s}h{-2 * s}z"/>',
-        "diamond": f'<path d="M{x} {y - 1.25 * d}l{d} {1.25 * d}l{-d} {1.25 * d}l{-d} {-1.25 * d}z"/>',
-        "wedge": f'<path d="M{x} {y + d}l{d} {-2 * s}h{-2 * d}z"/>',
-        "plus": f'<path d="M{x - d} {y}h{2 * d}M{x} {y - d}v{2 * d}" class="open"/>',
-        "cross": f'<path d="M{x - s} {y - s}l{2 * s} {2 * s}M{x - s} {y + s}l{2 * s} {-2 * s}" class="open"/>',
-        "bar": f'<path d="M{x} {y - d}v{2 * d}" class="open"/>',
-    }[MARKERS[kind]]
+        "triangle": f'<path d="M{x} {y - d:g}l{d:g} {2 * s:g}h{-2 * d:g}z"/>',
+        "square": f'<path d="{square}"/>',
+        "diamond": f'<path d="{diamond}"/>',
+        "wedge": f'<path d="M{x} {y + d:g}l{d:g} {-2 * s:g}h{-2 * d:g}z"/>',
+        "plus": f'<path d="{upright}" class="open"/>',
+        "cross": f'<path d="{slanted}" class="open"/>',
+        "bar": f'<path d="M{x} {y - d:g}v{2 * d:g}" class="open"/>',
+        "ring": f'<circle cx="{x}" cy="{y}" r="{d:g}" class="hollow"/>',
+        "box": f'<path d="{square}" class="hollow"/>',
+        "star": f'<path d="{upright}{slanted}" class="open"/>',
+        "kite": f'<path d="{diamond}" class="hollow"/>',
+    }[style(number).mark]
     told = f"<title>{escape(title)}</title>" if title else ""
-    return f'<g class="mark c{kind}">{told}{shape}</g>'
+    return f'<g class="mark {colour(number)}">{told}{shape}</g>'
 
 
-def swatch(agent: int) -> str:
-    """Returns a short piece of an agent's line with its mark, for a legend."""
-    kind = agent % len(DASHES)
-    line = f'<line x1="0" y1="8" x2="30" y2="8" class="run c{kind}" stroke-dasharray="{DASHES[kind]}"/>'
-    return f'<svg width="30" height="16" aria-hidden="true">{line}{marker(agent, 15, 8)}</svg>'
+def swatch(number: int) -> str:
+    """Returns a short piece of the line of a style with its mark, for a legend."""
+    line = f'<line x1="0" y1="8" x2="30" y2="8" class="run {colour(number)}" stroke-dasharray="{dashes(number)}"/>'
+    return f'<svg width="30" height="16" aria-hidden="true">{line}{marker(number, 15, 8)}</svg>'

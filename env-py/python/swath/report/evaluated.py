@@ -6,6 +6,7 @@ import csv
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypedDict
 
@@ -15,6 +16,7 @@ import numpy.typing as npt
 from swath import _native
 from swath.errors import ConfigError, SwathError
 from swath.evaluation.journal import NAME as JOURNAL
+from swath.styles import styles_of
 
 if TYPE_CHECKING:
     from swath.scenario import Scenario
@@ -77,6 +79,11 @@ class Evaluated:
     def instances(self) -> int:
         """Number of instances of each place."""
         return int(self.path_m.shape[2])
+
+    @cached_property
+    def styles(self) -> list[int]:
+        """Number of each agent's style."""
+        return styles_of(self.agents)
 
     @classmethod
     def read(cls, folder: Path) -> Evaluated:

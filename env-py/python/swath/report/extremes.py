@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from swath.episode import Episode, run_episode
 from swath.errors import ConfigError
 
 if TYPE_CHECKING:
     from swath.report.evaluated import Evaluated
+    from swath.report.groups import Group
 
-__all__ = ["Extreme", "drawn", "extremes_of"]
+__all__ = ["Extreme", "drawn", "extremes_of", "ratio_percent"]
 
 _DIGITS = 9
 """Behind the point, of per cent: what rounding decides makes no episode better than another."""
@@ -25,7 +27,7 @@ class Extreme:
     """An episode that stands out.
 
     Attributes:
-        kind: `best`, `worst`, or `all alike` where every episode is as long as the others.
+        kind: `best`, `worst`, or `all alike` where every path is as long as the agent's mean.
         place: Number of its scenario.
         agent: Number of its agent.
         instance: Number of its instance.
@@ -37,21 +39,32 @@ class Extreme:
     instance: int
 
 
-def extremes_of(evaluated: Evaluated) -> Iterator[Extreme]:
-    """Yields the best and the worst episode of each agent.
+def extremes_of(groups: Sequence[Group]) -> Iterator[Extreme]:
+    """Yields the best and the worst episode of each agent in each group of scenarios.
 
-    The best is the shortest path in per cent of the boustrophedon path, the worst the longest; an episode that did not
-    end by the agent's own stop or at the goal is worse than all that did. Of equal ones the first counts.
+    The best is the shortest path in per cent of the agent's own mean in that scenario, the worst the longest: so within
+    a sweep no scenario wins by being easy. An episode that did not end by the agent's own stop or at the goal is worse
+    than all that did. Of equal ones the first counts.
     """
-    for agent in range(len(evaluated.agents)):
-        percent, is_done = evaluated.path_percent[:, agent], np.isin(evaluated.outcomes[:, agent], ("done", "goal"))
-        # Failures come after all others.
-        cost = np.where(is_done, percent, percent + percent.max() + 1.0).round(_DIGITS)
-        best, worst = int(cost.argmin()), int(cost.argmax())
-        found = [("best", best), ("worst", worst)] if best != worst else [("all alike", best)]
-        for kind, at in found:
-            place, instance = np.unravel_index(at, cost.shape)
-            yield Extreme(kind, int(place), agent, int(instance))
+    for group in groups:
+        numbers = list(group.numbers)
+        for agent in range(len(group.evaluated.agents)):
+            percent = ratio_percent(group.evaluated, agent)[numbers]
+            is_done = np.isin(group.evaluated.outcomes[numbers, agent], ("done", "goal"))
+            # Failures come after all others.
+            cost = np.where(is_done, percent, percent + percent.max() + 1.0).round(_DIGITS)
+            best, worst = int(cost.argmin()), int(cost.argmax())
+            found = [("best", best), ("worst", worst)] if best != worst else [("all alike", best)]
+            for kind, at in found:
+                place, instance = np.unravel_index(at, cost.shape)
+                yield Extreme(kind, numbers[int(place)], agent, int(instance))
+
+
+def ratio_percent(evaluated: Evaluated, agent: int) -> npt.NDArray[np.float64]:
+    """Returns an agent's paths in per cent of its own mean in the scenario, (places, instances)."""
+    path_m = evaluated.path_m[:, agent]
+    mean_m = path_m.mean(axis=1, keepdims=True)
+    return np.where(mean_m > 0, 100.0 * path_m / np.where(mean_m > 0, mean_m, 1.0), 100.0)
 
 
 def drawn(evaluated: Evaluated, extreme: Extreme) -> list[Episode]:

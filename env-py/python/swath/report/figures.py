@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from swath.evaluation.statistics import Spread, interval
-from swath.report.chart import DASHES, MARKERS, Frame, Scale, marker, ticks
+from swath.report.chart import Frame, Scale, colour, dashes, marker, ticks
+from swath.styles import title_of
 
 if TYPE_CHECKING:
     from swath.report.groups import Group, Panel
@@ -22,12 +23,13 @@ _UNITS = {"m": "m", "mps": "m/s", "s": "s", "rad": "rad", "j": "J", "radps": "ra
 _BINS = 60
 _LOG_FROM = 8.0
 _ASIDE_PX = 3.0
+_HILL_PX = 30.0
 
 
 def over_value(group: Group, panel: Panel, measure: str, values: npt.NDArray[np.float64]) -> str:
     """Returns an SVG: each agent's mean with its 95 % interval over the swept value."""
     assert group.key is not None, "a figure goes along a swept key"
-    agents = group.evaluated.agents
+    agents, styles = group.evaluated.agents, group.evaluated.styles
     spreads = [[group.mean(values, agent, numbers) for _, numbers in panel.points] for agent in range(len(agents))]
     points = [value for value, _ in panel.points]
     low, high = _limits([end for row in spreads for one in row for end in _ends(one, measure)])
@@ -45,36 +47,46 @@ def over_value(group: Group, panel: Panel, measure: str, values: npt.NDArray[np.
         # A little beside each other, so that no whisker hides another.
         aside_px = _ASIDE_PX * (agent - 0.5 * (len(agents) - 1))
         places = [round(x(value) + aside_px, 1) for value in points]
-        kind = agent % len(DASHES)
+        look = styles[agent]
         line = " ".join(f"{at},{y(one['mean'])}" for at, one in zip(places, row, strict=True))
-        frame.add(f'<polyline points="{line}" class="run c{kind}" stroke-dasharray="{DASHES[kind]}"/>')
+        frame.add(f'<polyline points="{line}" class="run {colour(look)}" stroke-dasharray="{dashes(look)}"/>')
         for at, value, one in zip(places, points, row, strict=True):
             ends = _ends(one, measure)
-            frame.line(at, y(ends[0]), at, y(ends[-1]), f"whisker c{kind}")
-            frame.add(marker(agent, at, y(one["mean"]), f"{agents[agent]} at {value:g}: {interval(one)} %"))
+            frame.line(at, y(ends[0]), at, y(ends[-1]), f"whisker {colour(look)}")
+            frame.add(marker(look, at, y(one["mean"]), f"{agents[agent]} at {value:g}: {interval(one)} %"))
     return frame.svg()
 
 
 def distributions(group: Group, measure: str, values: npt.NDArray[np.float64]) -> str:
     """Returns an SVG: a histogram of the episodes of each agent, with mean, median and the middle 90 %."""
-    agents = group.evaluated.agents
+    agents, styles = group.evaluated.agents, group.evaluated.styles
     pooled = [group.pooled(values, agent) for agent in range(len(agents))]
     low, high = _limits([float(end) for one in pooled for end in (one.min(), one.max())])
 
     def row(frame: Frame, agent: int, x: Scale, base: float) -> str:
         counts, edges = np.histogram(pooled[agent], bins=_BINS, range=(low, high))
-        tall = 30.0 / max(1, counts.max())
+        most = int(counts.max())
+        tall = _HILL_PX / most
         steps = "".join(
             f"V{round(base - tall * count, 1)}H{x(float(edge))}" for count, edge in zip(counts, edges[1:], strict=True)
         )
-        frame.add(f'<path d="M{x(low)} {base}{steps}V{base}Z" class="hill c{agent % len(MARKERS)}"/>')
+        frame.add(f'<path d="M{x(low)} {base}{steps}V{base}Z" class="hill {colour(styles[agent])}"/>')
+        frame.line(x(low), base, x(low), base - _HILL_PX, "axis")
+        for count in (0, most):
+            at = round(base - tall * count, 1)
+            frame.line(x(low) - 4, at, x(low), at, "axis")
+            frame.text(x(low) - 6, at + 4, f"{count}", "end small")
         fifth, median, last = (float(number) for number in np.percentile(pooled[agent], [5, 50, 95]))
-        frame.line(x(fifth), base + 3, x(last), base + 3, f"whisker c{agent % len(MARKERS)}")
+        frame.line(x(fifth), base + 3, x(last), base + 3, f"whisker {colour(styles[agent])}")
         frame.line(x(median), base - 2, x(median), base + 8, "median")
-        frame.add(marker(agent, x(float(pooled[agent].mean())), base + 3, f"mean {pooled[agent].mean():.2f} %", 3.5))
+        frame.add(
+            marker(styles[agent], x(float(pooled[agent].mean())), base + 3, f"mean {pooled[agent].mean():.2f} %", 3.5)
+        )
         return f"{median:.1f} ({fifth:.1f} to {last:.1f})"
 
-    return _rows(group, (low, high), f"{MEASURES[measure]}, one episode each", "median (5 to 95 %)", row)
+    heights = f"\u2191 episodes per {(high - low) / _BINS:.2g} %"
+    label = f"{MEASURES[measure]}, one episode each"
+    return _rows(group, (low, high), label, "median (5 to 95 %)", row, heights=heights)
 
 
 def differences(group: Group, measure: str, values: npt.NDArray[np.float64]) -> str:
@@ -85,14 +97,14 @@ def differences(group: Group, measure: str, values: npt.NDArray[np.float64]) -> 
     low, high = _limits([0.0, *(end for one in spreads for end in _ends(one))])
 
     def row(frame: Frame, agent: int, x: Scale, base: float) -> str:
-        one, kind = spreads[agent], agent % len(MARKERS)
+        one, look = spreads[agent], evaluated.styles[agent]
         if agent == versus:
-            frame.add(marker(agent, x(0.0), base - 10, "the others are compared with it", 5))
-            return "the others less this one"
+            frame.add(marker(look, x(0.0), base - 10, "the others are compared with it", 5))
+            return "0: the reference"
         ends = _ends(one)
-        frame.line(x(ends[0]), base - 10, x(ends[-1]), base - 10, f"whisker c{kind}")
+        frame.line(x(ends[0]), base - 10, x(ends[-1]), base - 10, f"whisker {colour(look)}")
         text = interval(one, sign="+")
-        frame.add(marker(agent, x(one["mean"]), base - 10, f"{text} points", 5))
+        frame.add(marker(look, x(one["mean"]), base - 10, f"{text} points", 5))
         return text
 
     label = f"{MEASURES[measure].split(',')[0]} minus that of {evaluated.versus}, points of per cent"
@@ -107,20 +119,25 @@ def _rows(
     draw: Callable[[Frame, int, Scale, float], str],
     *,
     zero: bool = False,
+    heights: str = "",
 ) -> str:
-    """Draws a row for each agent: its name, what `draw` draws, and the text that it returns."""
-    agents = group.evaluated.agents
-    left, right, pitch = 28 + round(6.6 * max(len(agent) for agent in agents)), 450, 44
+    """Draws a row for each agent: its name, what `draw` draws, and the text that it returns.
+
+    `heights` says what the rows' own axes count.
+    """
+    agents = [title_of(agent) for agent in group.evaluated.agents]
+    left, right, pitch = 28 + 30 * bool(heights) + round(6.6 * max(len(agent) for agent in agents)), 450, 44
     bottom = 24 + pitch * len(agents)
     frame = Frame(620, bottom + 42, f"{label}, a row for each agent", "rows")
     x = Scale(*limits, left, right)
     frame.x_axis(x, bottom, ticks(*limits, 6), label, top_px=20)
     frame.text(right + 14, 14, numbers, "start")
+    frame.text(2, 14, heights, "start")
     if zero:
         frame.line(x(0.0), bottom, x(0.0), 20, "zero")
     for agent, name in enumerate(agents):
         base = 14 + pitch * (agent + 1)
-        frame.add(marker(agent, 8, base - 9))
+        frame.add(marker(group.evaluated.styles[agent], 8, base - 9))
         frame.text(18, base - 5, name, "start")
         frame.text(right + 14, base - 5, draw(frame, agent, x, base), "start")
     return frame.svg()

@@ -13,9 +13,11 @@ from swath.replay.data import data_of
 from swath.replay.page import document, json_block, script, style
 from swath.report import tables
 from swath.report.chart import swatch
-from swath.report.extremes import Extreme, drawn, extremes_of
+from swath.report.extremes import Extreme, drawn, extremes_of, ratio_percent
 from swath.report.figures import MEASURES, axis_label, differences, distributions, over_value
 from swath.report.groups import Group, groups_of
+from swath.share import share
+from swath.styles import YARDSTICK, is_yardstick, title_of
 
 if TYPE_CHECKING:
     from swath.episode import Episode
@@ -26,7 +28,8 @@ __all__ = ["page_of", "steps_of"]
 
 def steps_of(evaluated: Evaluated) -> int:
     """Returns how often `page_of` says that it has come further."""
-    return len(groups_of(evaluated)) + len(list(extremes_of(evaluated)))
+    groups = groups_of(evaluated)
+    return len(groups) + len(list(extremes_of(groups)))
 
 
 def page_of(evaluated: Evaluated, advance: Callable[[int], None] = lambda _: None) -> str:
@@ -46,8 +49,8 @@ def page_of(evaluated: Evaluated, advance: Callable[[int], None] = lambda _: Non
     for number, group in enumerate(groups):
         sections.append(_section(group, number))
         advance(1)
-    replays = _replays(evaluated, advance)
-    title = f"Evaluation of {', '.join(evaluated.agents)}"
+    replays = _replays(groups, advance)
+    title = f"Evaluation of {', '.join(map(title_of, evaluated.agents))}"
     links = [*((f"group-{number}", group.name) for number, group in enumerate(groups)), *_PARTS]
     contents = "".join(f'<li><a href="#{name}">{escape(text)}</a></li>' for name, text in links)
     body = (
@@ -68,11 +71,17 @@ def _about(evaluated: Evaluated) -> str:
     episodes = evaluated.path_m.size
     last = evaluated.seed + evaluated.instances - 1
     agents, places = _count(len(evaluated.agents), "agent"), _count(len(evaluated.places), "scenario")
+    yardsticks = "".join(
+        f'<p class="about"><i>{escape(label)}</i>: a {escape(YARDSTICK)}.</p>'
+        for label in evaluated.agents
+        if is_yardstick(label)
+    )
     counts = f"{_count(episodes, 'episode')}: {agents} on {places}, {_count(evaluated.instances, 'instance')} each"
     return (
         f'<p class="about">{counts}, seeds {evaluated.seed} to {last}, the same for every agent. '
         "Paths are in per cent of the boustrophedon path over the whole pasture; shorter is better. "
-        "Intervals hold the mean with 95&nbsp;% confidence, by Student's t over instances.</p>"
+        "Intervals hold the mean with 95&nbsp;% confidence, by Student's t over instances; they are cut at what cannot "
+        "be: below 0, and for weeds mowed above 100&nbsp;%.</p>" + yardsticks
     )
 
 
@@ -93,11 +102,16 @@ def _section(group: Group, number: int) -> str:
     parts.append("<h3>Distributions</h3>\n")
     parts.append(
         '<p class="about">Each hill is a histogram of all episodes of an agent. Below it: the middle 90&nbsp;% as a '
-        "line, the median as a stroke, the mean as the agent's mark.</p>\n"
+        "line, the median as a stroke, the mean as the agent's mark. Each row has a scale of its own, from none to the "
+        "most episodes that lie in one of its bars.</p>\n"
     )
     parts.append(_figures([distributions(group, name, values) for name, values in measured.items()]))
     if len(evaluated.agents) > 1:
-        parts.append(f"<h3>In pairs: the same weeds, {escape(evaluated.versus)} beside each</h3>\n")
+        parts.append(
+            f"<h3>In pairs: the same weeds, {escape(evaluated.versus)} beside each</h3>\n"
+            f'<p class="about">{escape(evaluated.versus)} is the reference: each row shows by how much an agent has '
+            "more (right of 0) or less (left of 0), the mean over instances of its value minus the reference's.</p>\n"
+        )
         parts.append(_figures([differences(group, name, values) for name, values in measured.items()]))
         parts.append(
             '<p class="about">&#9660; the row\'s path is shorter, &#9650; it is longer, &#9671; the interval holds 0: '
@@ -119,7 +133,10 @@ def _what(group: Group) -> str:
 
 
 def _legend(evaluated: Evaluated) -> str:
-    entries = "".join(f"<li>{swatch(agent)} {escape(label)}</li>" for agent, label in enumerate(evaluated.agents))
+    entries = "".join(
+        f"<li>{swatch(look)} {tables.name_of(label)}</li>"
+        for look, label in zip(evaluated.styles, evaluated.agents, strict=True)
+    )
     return f'<ul class="legend" aria-label="Legend">{entries}</ul>\n'
 
 
@@ -127,14 +144,20 @@ def _figures(pictures: Sequence[str]) -> str:
     return '<div class="figures">' + "".join(f"<figure>{picture}</figure>" for picture in pictures) + "</div>\n"
 
 
-def _replays(evaluated: Evaluated, advance: Callable[[int], None]) -> str:
+def _replays(groups: Sequence[Group], advance: Callable[[int], None]) -> str:
+    evaluated = groups[0].evaluated
     parts = [
         '<section id="replays"><h2>Best and worst episodes</h2>\n<p class="about">The shortest and the longest path of '
-        "each agent, in per cent of the boustrophedon path, over all scenarios; an episode that failed is worse than "
-        f"all others. Each is driven again from its seed, beside {escape(evaluated.versus)} on the same weeds. Open "
+        "each agent, in per cent of its own mean in that scenario: so none is best because its pasture is easy. An "
+        "episode that failed is worse than all others. Each is driven again from its seed, beside "
+        f"{escape(evaluated.versus)} on the same weeds. Open "
         "one to play it: space plays and pauses, the arrow keys go along the path and change the speed.</p>\n"
     ]
-    for number, extreme in enumerate(extremes_of(evaluated)):
+    name = ""
+    for number, extreme in enumerate(extremes_of(groups)):
+        if len(groups) > 1 and evaluated.places[extreme.place].name != name:
+            name = evaluated.places[extreme.place].name
+            parts.append(f"<h3>{escape(name)}</h3>\n")
         parts.append(_replay(evaluated, extreme, f"replay-{number}", drawn(evaluated, extreme)))
         advance(1)
     return "".join(parts) + "</section>\n"
@@ -143,12 +166,14 @@ def _replays(evaluated: Evaluated, advance: Callable[[int], None]) -> str:
 def _replay(evaluated: Evaluated, extreme: Extreme, name: str, episodes: Sequence[Episode]) -> str:
     place, at = evaluated.places[extreme.place], (extreme.place, extreme.agent, extreme.instance)
     swept = "".join(f", {key} = {value}" for key, value in place.values.items())
-    label = evaluated.agents[extreme.agent]
+    label = title_of(evaluated.agents[extreme.agent])
+    own = ratio_percent(evaluated, extreme.agent)[extreme.place, extreme.instance]
     title = (
-        f"{label}, {extreme.kind}: {evaluated.path_percent[at]:.1f} % path, {evaluated.mowed_percent[at]:.0f} % mowed "
+        f"{label}, {extreme.kind}: {evaluated.path_percent[at]:.1f} % path, {own:.0f} % of its mean there, "
+        f"{share(evaluated.mowed_percent[at], 1, whole=100.0)} % mowed "
         f"({place.name}{swept}, seed {evaluated.seed + extreme.instance})"
     )
-    summary = f"<summary>{swatch(extreme.agent)} {escape(title)}</summary>"
+    summary = f"<summary>{swatch(evaluated.styles[extreme.agent])} {escape(title)}</summary>"
     if not episodes:
         reason = "It cannot be driven again from this folder: its scenario or its agent is not there."
         return f'<details class="replay">{summary}<p>{reason}</p></details>\n'
@@ -158,7 +183,9 @@ def _replay(evaluated: Evaluated, extreme: Extreme, name: str, episodes: Sequenc
             f'<p class="about">This build of swath drives {episodes[0].path_length_m:.1f} m here, where the evaluation '
             f"has {evaluated.path_m[at]:.1f} m: it is another build.</p>"
         )
-    block = json_block(name, data_of(episodes, [evaluated.agents.index(episode.agent) for episode in episodes]))
+    block = json_block(
+        name, data_of(episodes, [evaluated.styles[evaluated.agents.index(episode.agent)] for episode in episodes])
+    )
     return f'<details class="replay" data-replay="{name}">{summary}{note}<div class="player"></div></details>\n{block}'
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -9,11 +10,20 @@ from typing import TYPE_CHECKING
 
 from swath.evaluation.statistics import Spread, spread
 from swath.report.chart import swatch
+from swath.share import share
+from swath.styles import YARDSTICK, is_yardstick, title_of
 
 if TYPE_CHECKING:
     from swath.report.groups import Group
 
-__all__ = ["matrix", "of_group", "of_places", "table"]
+__all__ = ["matrix", "name_of", "of_group", "of_places", "table"]
+
+
+def name_of(label: str) -> str:
+    """Returns an agent's label as HTML: a yardstick stands apart."""
+    if not is_yardstick(label):
+        return escape(label)
+    return f'<i class="yardstick" title="{escape(YARDSTICK)}">{escape(title_of(label))}</i>'
 
 
 def of_group(group: Group) -> str:
@@ -25,10 +35,10 @@ def of_group(group: Group) -> str:
         outcomes = evaluated.outcomes[list(group.numbers), agent].ravel().tolist()
         rows.append(
             [
-                f"{swatch(agent)} {escape(label)}",
+                f"{swatch(evaluated.styles[agent])} {name_of(label)}",
                 f"{group.mean(evaluated.path_m, agent)['mean']:.0f}",
                 _interval(group.mean(evaluated.path_percent, agent)),
-                _interval(group.mean(evaluated.mowed_percent, agent)),
+                _interval(group.mean(evaluated.mowed_percent, agent), most=100.0),
                 "" if agent == versus else _difference(group.difference(evaluated.path_percent, agent, versus)),
                 _counts(outcomes),
             ]
@@ -43,20 +53,20 @@ def of_places(group: Group) -> str:
     keys = list(evaluated.places[group.numbers[0]].values)
     rows = []
     for number in group.numbers:
+        values = escape(", ".join(str(evaluated.places[number].values[key]) for key in keys))
         for agent, label in enumerate(evaluated.agents):
             points = evaluated.path_percent[number, agent] - evaluated.path_percent[number, versus]
             rows.append(
                 [
-                    *(escape(str(evaluated.places[number].values[key])) for key in keys),
-                    escape(label),
+                    f"{values}{': ' * bool(values)}{name_of(label)}",
                     f"{evaluated.path_m[number, agent].mean():.0f}",
                     _interval(spread(evaluated.path_percent[number, agent].tolist())),
-                    _interval(spread(evaluated.mowed_percent[number, agent].tolist())),
+                    _interval(spread(evaluated.mowed_percent[number, agent].tolist()), most=100.0),
                     "" if agent == versus else _difference(spread(points.tolist())),
                     _counts(evaluated.outcomes[number, agent].tolist()),
                 ]
             )
-    return table([*map(escape, keys), *_heads("agent", evaluated.versus)], rows)
+    return table(_heads(f"{escape(', '.join(keys))}{': ' * bool(keys)}agent", evaluated.versus), rows)
 
 
 def matrix(group: Group) -> str:
@@ -68,8 +78,8 @@ def matrix(group: Group) -> str:
             "" if agent == other else _difference(group.difference(evaluated.path_percent, agent, other))
             for other in range(len(evaluated.agents))
         ]
-        rows.append([escape(label), *cells])
-    return table(["path of &#8600; minus path of &#8594;", *map(escape, evaluated.agents)], rows)
+        rows.append([name_of(label), *cells])
+    return table(["path of &#8600; minus path of &#8594;", *map(name_of, evaluated.agents)], rows)
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -96,10 +106,13 @@ def _heads(first: str, versus: str) -> list[str]:
     ]
 
 
-def _interval(one: Spread) -> str:
+def _interval(one: Spread, *, most: float = math.inf) -> str:
+    """Returns a mean with its interval, cut to what can be: from 0 to `most`."""
+    mean = share(one["mean"], 2, whole=most)
     if one["low"] is None or one["high"] is None:
-        return f"{one['mean']:.2f}"
-    return f"{one['mean']:.2f} <small>[{one['low']:.2f}, {one['high']:.2f}]</small>"
+        return mean
+    low, high = max(one["low"], 0.0), min(one["high"], most)
+    return f"{mean} <small>[{share(low, 2, whole=most)}, {share(high, 2, whole=most)}]</small>"
 
 
 def _difference(one: Spread) -> str:
