@@ -217,6 +217,12 @@ def test_a_seed_of_the_command_that_is_held_out_is_refused(capsys, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_a_file_is_named_by_what_is_said_about_it(tmp_path):
+    (tmp_path / "mine.toml").write_text("algorithm = 'ppo'\ntotal_steps = 0\n")
+    with pytest.raises(ConfigError, match=r"mine\.toml: `total_steps` must be a whole number from 1"):
+        TrainingConfig.read(tmp_path / "mine.toml")
+
+
 def test_a_misspelt_name_is_answered_with_the_shipped_trainings(capsys, tmp_path):
     assert main(["train", "ppo-feature", "--out", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err == (

@@ -139,7 +139,12 @@ class TrainingConfig:
         except (OSError, UnicodeDecodeError) as error:
             text = f"cannot read {name}: {error}"
             raise ConfigError(text) from error
-        return cls.check(_native.parse_toml(text, path.name) | instead, name=path.stem, folder=path.parent)
+        given = _native.parse_toml(text, path.name) | instead
+        try:
+            return cls.check(given, name=path.stem, folder=path.parent)
+        except ConfigError as error:
+            text = f"{name}: {error}"
+            raise ConfigError(text) from error
 
     @classmethod
     def check(
