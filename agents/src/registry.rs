@@ -4,7 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use schemars::JsonSchema;
-use swath_core::config::{ConfigError, from_table, nearest};
+use swath_core::config::{ConfigError, from_table, hint};
 use swath_core::geometry::Point;
 use toml::{Table, Value};
 
@@ -29,7 +29,7 @@ pub struct Entry {
 }
 
 /// Every agent, in the order in which tables list them.
-pub const AGENTS: [Entry; 10] = [
+pub const AGENTS: &[Entry] = &[
     Entry {
         name: "bcp",
         about: "boustrophedon path over everything; option spacing = deck | sensor",
@@ -148,10 +148,8 @@ impl AgentSpec {
                 Build::Clairvoyant(options.checked()?)
             }
             _ => {
-                let names = AGENTS.map(|entry| entry.name);
-                let hint = nearest(name, names.into_iter());
-                let hint =
-                    hint.map_or_else(String::new, |name| format!("; did you mean `{name}`?"));
+                let names: Vec<&str> = AGENTS.iter().map(|entry| entry.name).collect();
+                let hint = hint(name, &names);
                 let expected = format!("one of {}", names.join(", "));
                 return Err(ConfigError::value("agent", expected, format!("`{name}`{hint}")));
             }

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import argparse
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -35,10 +34,8 @@ def main() -> None:
     chosen = [part for part in (QUICK if arguments.quick else PARTS) if part.name in (arguments.only or [part.name])]
     parts = [replace(part, instances=max(2, part.instances // arguments.fewer)) for part in chosen]
     facts = describe(command, {"swath": swath.__version__})
-    began_s = time.monotonic()
-    played = play(parts, arguments.out, arguments.jobs)
-    took = f"{(time.monotonic() - began_s) / 60:.0f} min, less what an earlier run had played"
-    facts.append(("time", took))
+    played, wall_s = play(parts, arguments.out, arguments.jobs)
+    facts.append(("time", f"{wall_s / 60:.0f} min for all episodes, one after another"))
     folder = arguments.out if arguments.quick else arguments.to
     write(folder / "LEAGUE.csv", played)
     write_whole(folder / "LEAGUE.md", page.text(played, agents(), facts))

@@ -17,12 +17,14 @@ RIVALS = ("jump", "snake", "r-snake")
 _METHOD = """\
 Every agent that `swath agents` lists drives the same instances, seeds 0, 1, 2 ... of each cell, until it stops.
 A figure is the mean way in % of the boustrophedon path with the same R and B (`bcp` is 100), ± half its 95 % interval.
-Behind a slash stand the weeds mowed in %, where it is not all of them in every episode.
+Behind a slash stand the weeds mowed in %, where it is not all of them in every episode: 99.98 is not all.
 The second table of each part says how much longer the way is than that of `horizon` on the same instances, in points of
 that per cent: mean ± half the 95 % interval of the paired difference.
 An agent in italics is a yardstick: it is told where the weeds stand, which no mower can know.
 Episodes are few where they are slow, which the intervals show: with two of them it is very wide.
-Every episode is in `LEAGUE.csv` beside this page.
+Every episode is in [`LEAGUE.csv`](LEAGUE.csv).
+`make league QUICK=1` tries it in two cells and the field; `ONLY="field sensor"` plays some parts, `FEWER=2` half of the
+instances.
 """
 
 
@@ -103,9 +105,9 @@ def section(part: Part, played: Sequence[Played], agents: dict[str, bool]) -> st
 
     def way(cell: str, agent: str) -> str:
         rows = [one for one in own if one.cell == cell and one.agent == agent]
-        mowed = mean([one.mowed_percent for one in rows])
         figure = shown(spread([one.path_percent for one in rows]))
-        figure = f"{figure} / {mowed:.1f}" if any(one.weeds_mowed < one.weeds_total for one in rows) else figure
+        if any(one.weeds_mowed < one.weeds_total for one in rows):
+            figure = f"{figure} / {not_all(mean([one.mowed_percent for one in rows]))}"
         return figure if agents[agent] else f"*{figure}*"
 
     def difference(cell: str, agent: str) -> str:
@@ -142,6 +144,11 @@ def named(agent: str, *, is_online: bool) -> str:
 def mean(values: Sequence[float]) -> float:
     """Returns the mean."""
     return sum(values) / len(values)
+
+
+def not_all(percent: float) -> str:
+    """Returns a share below 100 %, with one digit behind the point, or as many as it takes not to read 100."""
+    return next(text for text in (f"{percent:.{digits}f}" for digits in range(1, 16)) if float(text) < 100)
 
 
 def shown(values: Spread, sign: str = "") -> str:

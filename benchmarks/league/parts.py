@@ -98,9 +98,10 @@ def agents() -> dict[str, bool]:
     return {name: is_online for name, _, _, is_online in _native.agents()}
 
 
-def play(parts: Sequence[Part], out: Path, jobs: int | None) -> list[Played]:
-    """Plays what this build has not played yet, and returns all of it."""
+def play(parts: Sequence[Part], out: Path, jobs: int | None) -> tuple[list[Played], float]:
+    """Plays what this build has not played yet; returns all episodes, and how long they took together, seconds."""
     played: list[Played] = []
+    wall_s = 0.0
     for part in parts:
         for agent in agents():
             print(f"{part.name}: {agent}", flush=True)
@@ -115,7 +116,8 @@ def play(parts: Sequence[Part], out: Path, jobs: int | None) -> list[Played]:
             )
             cells = [cell_name(cell.values) for cell in results.study.cells]
             played.extend(episode(part.name, cells[row.cell], row) for row in results.rows)
-    return played
+            wall_s += sum(row.wall_s for row in results.rows)
+    return played, wall_s
 
 
 def episode(part: str, cell: str, row: Row) -> Played:

@@ -37,9 +37,16 @@ impl Scenario {
         blocks: Option<&Bound<PyDict>>,
     ) -> Result<Self, Error> {
         let blocks = blocks.map(given_blocks).transpose()?.unwrap_or_default();
-        let document = Source::read(source)?.document(blocks)?;
+        let is_alone = blocks.is_empty();
+        let source = Source::read(source)?;
+        let document = source.document(blocks)?;
         let name = name.unwrap_or_else(|| document.name().to_owned());
-        Ok(Self { name, scenario: document.scenario()? })
+        let scenario = match document.scenario() {
+            // A keyword may as well be to blame as the file it was laid over.
+            Err(error) if is_alone => return Err(source.blamed(error)),
+            other => other?,
+        };
+        Ok(Self { name, scenario })
     }
 
     /// What result files call it.

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
-use swath_core::config::{Cell, ConfigError, Document};
+use swath_core::config::{Cell, ConfigError, Document, shipped};
 use toml::{Table, Value};
 
 use crate::errors::Error;
@@ -16,13 +16,15 @@ pub(crate) struct Source {
     name: String,
     table: Table,
     folder: PathBuf,
+    /// The file as the caller wrote it, for messages.
+    file: Option<String>,
 }
 
 impl Source {
     /// Reads what the caller named.
     pub(crate) fn read(given: Option<&Bound<PyAny>>) -> Result<Self, Error> {
         let of = |name: &str, table: Table| {
-            Ok(Self { name: name.to_owned(), table, folder: PathBuf::new() })
+            Ok(Self { name: name.to_owned(), table, folder: PathBuf::new(), file: None })
         };
         let Some(given) = given else {
             return of("default", Table::new());
@@ -42,7 +44,7 @@ impl Source {
 
     /// Opens a file or a shipped scenario.
     fn open(path: &str) -> Result<Self, Error> {
-        let document = Document::open(path)?;
+        let document = Document::open(path).map_err(|error| error.in_file(path))?;
         // Only files about trainings and their models have this key.
         if document.written().contains_key("algorithm") {
             let expected = "the file of a scenario";
@@ -53,6 +55,7 @@ impl Source {
             name: document.name().to_owned(),
             table: document.written().clone(),
             folder: document.folder().to_owned(),
+            file: shipped(path).is_none().then(|| path.to_owned()),
         })
     }
 
@@ -72,16 +75,25 @@ impl Source {
         Ok(document)
     }
 
+    /// What is wrong with the source itself, with the name of its file.
+    pub(crate) fn blamed(&self, error: ConfigError) -> Error {
+        match &self.file {
+            Some(file) => error.in_file(file).into(),
+            None => error.into(),
+        }
+    }
+
     /// Every scenario of the document's sweeps; `only` picks one sweep.
     pub(crate) fn cells(&self, only: Option<&str>) -> Result<Vec<Cell>, Error> {
-        Ok(self.document(Table::new())?.cells(only)?)
+        self.document(Table::new())?.cells(only).map_err(|error| self.blamed(error))
     }
 
     /// The document as TOML with every key written out and its sweeps (or the one named `only`) behind: to be run again.
     pub(crate) fn resolved(&self, only: Option<&str>) -> Result<String, Error> {
         let mut base = self.table.clone();
         let sweeps = base.remove("sweep");
-        let mut text = Document::from_table(&self.name, base, &self.folder)?.scenario()?.to_toml();
+        let document = Document::from_table(&self.name, base, &self.folder)?;
+        let mut text = document.scenario().map_err(|error| self.blamed(error))?.to_toml();
         if let Some(Value::Array(mut sweeps)) = sweeps {
             let is_chosen = |sweep: &Value| {
                 only.is_none_or(|only| sweep.get("name").and_then(Value::as_str) == Some(only))

@@ -10,7 +10,8 @@ use crate::errors::Error;
 use crate::table::table_to;
 
 /// Name and text of each training configuration that every build carries.
-const TRAININGS: [(&str, &str); 4] = [
+const TRAININGS: [(&str, &str); 5] = [
+    ("quick", include_str!("../../configs/train/quick.toml")),
     ("ppo-features", include_str!("../../configs/train/ppo-features.toml")),
     ("sac-features", include_str!("../../configs/train/sac-features.toml")),
     ("maskable-routing", include_str!("../../configs/train/maskable-routing.toml")),

@@ -9,7 +9,7 @@ from mkdocs.structure.files import File
 from scripts.site import paths
 from scripts.site.formulas import with_mathml
 from scripts.site.links import with_links
-from scripts.site.marks import MarkError, address_of, expand, races_in
+from scripts.site.marks import DATA_FILES, ROOT, MarkError, address_of, expand, races_in
 
 if TYPE_CHECKING:
     from mkdocs.config.defaults import MkDocsConfig
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 def on_files(files: Files, *, config: MkDocsConfig) -> Files:
     """Adds the pictures and the replays, and refuses a site in which an agent or an environment has no page."""
+    for name, address in DATA_FILES.items():
+        files.append(File.generated(config, address, abs_src_path=str(ROOT / name)))
     try:
         for source, picture in paths.pictures():
             files.append(File.generated(config, source, content=picture))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import posixpath
 import re
 
-from scripts.site.marks import FILE_PAGES
+from scripts.site.marks import DATA_FILES, FILE_PAGES
 
 _LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 _FENCED = re.compile(r"^(```|~~~).*?^\1$", re.MULTILINE | re.DOTALL)
@@ -34,7 +34,7 @@ def _relinked(text: str, origin: str, source: str) -> str:
         if re.match(r"[a-z][a-z0-9+.-]*:|//|#", target):
             return link[0]
         file = posixpath.normpath(posixpath.join(posixpath.dirname(origin), path))
-        page = FILE_PAGES.get(file, file.removeprefix("docs/") if file.startswith("docs/") else None)
+        page = (FILE_PAGES | DATA_FILES).get(file, file.removeprefix("docs/") if file.startswith("docs/") else None)
         if page is None:
             return label
         return f"{mark}[{label}]({posixpath.relpath(page, posixpath.dirname(source) or '.')}{anchor}{fragment})"

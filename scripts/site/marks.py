@@ -10,7 +10,7 @@
 | `scenario` | every key of a scenario, from the JSON Schema |
 | `commands` | the help of every command |
 | `toml PATH` | a file of the repository as code |
-| `rust PATH` | the first example in the documentation of a Rust file, which `cargo test --doc` runs |
+| `rust PATH` | the same, in Rust |
 | `file PATH` | another page of the repository |
 """
 
@@ -27,7 +27,7 @@ from scripts.site import commands, scenario
 
 from swath import _native
 
-__all__ = ["ENVIRONMENT_PAGES", "FILE_PAGES", "MarkError", "address_of", "agents", "expand", "races_in"]
+__all__ = ["DATA_FILES", "ENVIRONMENT_PAGES", "FILE_PAGES", "MarkError", "address_of", "agents", "expand", "races_in"]
 
 ROOT = Path(__file__).parents[2]
 
@@ -40,6 +40,9 @@ FILE_PAGES = {
     "examples/two_machines/README.md": "remote/two-machines.md",
 }
 """Pages of the repository that lie elsewhere, and where on the site they are."""
+
+DATA_FILES = {"benchmarks/LEAGUE.csv": "figures/LEAGUE.csv"}
+"""Data of the repository that pages link to, and where on the site it is."""
 
 ENVIRONMENT_PAGES = {"swath/MowerRouting-v0": "environments/mower-routing.md"}
 """The page of every environment."""
@@ -131,12 +134,7 @@ def _toml(name: str, _: str) -> str:
 
 
 def _rust(name: str, _: str) -> str:
-    lines = [line.strip().removeprefix("///").removeprefix(" ") for line in _text(name).splitlines() if "///" in line]
-    if "```" not in lines:
-        text = f"there is no example in {name}"
-        raise MarkError(text)
-    example = lines[lines.index("```") + 1 :]
-    return "\n".join(["```rust", *example[: example.index("```")], "```"])
+    return f"```rust\n{_text(name)}```"
 
 
 def _file(name: str, page: str) -> str:

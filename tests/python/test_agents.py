@@ -8,6 +8,7 @@ import swath
 from swath import _native
 
 ID = "swath/MowerRouting-v0"
+NAMES = [name for name, *_ in _native.agents()]
 AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "horizon", "learned"]
 # Where rounding moves the mower by a hair, these may choose otherwise, and the rest of the way is another.
 CHOOSING = ["greedy", "horizon", "learned"]
@@ -160,8 +161,7 @@ def test_options_are_keywords_or_part_of_the_name():
         (
             "jmup",
             {},
-            "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, greedy, horizon, learned, clairvoyant, "
-            "got `jmup`; did you mean `jump`?",
+            f"`agent` must be one of {', '.join(NAMES)}, got `jmup`; did you mean `jump`?",
         ),
         ("bcp", {"spacng": "deck"}, "`bcp.spacng` is not a known key; did you mean `bcp.spacing`?"),
         ("bcp", {"spacing": "wide"}, "`bcp.spacing` must be `deck` or `sensor`, got `wide`"),

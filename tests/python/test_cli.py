@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 
 import swath
+from swath import _native
 from swath.share import share
 
-AGENTS = ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy", "horizon", "learned"]
+NAMES = [name for name, *_ in _native.agents()]
+AGENTS = [name for name in NAMES if name != "clairvoyant"]
 
 
 @pytest.fixture(autouse=True)
@@ -63,7 +65,7 @@ BAD_SCENARIOS = [
         "`weeds.positions_m[1]` must be on the pasture, 0..=100 by 0..=40 m, got [1, 41]",
     ),
     ("[weeds]\ndistribution = 'even'", "`weeds.distribution` must be `uniform` or `gaussian`, got `even`"),
-    ("weeds = ", "mine, line 1: "),
+    ("weeds = ", "line 1: "),
     ("id = 'swath/Nothing-v0'", "`id` must be `swath/MowerRouting-v0`, got `swath/Nothing-v0`"),
     ("[[sweep]]\nname = 'a'\n'weeds.cuont' = [1]", "`weeds.cuont` is not a known key; did you mean `weeds.count`?"),
 ]
@@ -88,7 +90,8 @@ def test_a_bad_scenario_is_refused_in_one_line_and_nothing_is_written(call, comm
         "run": ["run", "jump", "--scenario", file, "--trajectory", "path.csv"],
         "config": ["config", file],
     }[command]
-    assert refused(call(*arguments)).startswith(line)
+    named = "mine.toml, " if line.startswith("line ") else "mine.toml: "
+    assert refused(call(*arguments)).startswith(named + line)
     assert names() == ["mine.toml", "weeds.csv"]
 
 
@@ -97,9 +100,13 @@ def test_a_bad_scenario_is_refused_in_one_line_and_nothing_is_written(call, comm
     [
         (["evaluate", "nowhere", "--agents", "jump"], "cannot read nowhere: no such file, and no shipped scenario"),
         (
+            ["evaluate", "pastrue", "--agents", "jump"],
+            "cannot read pastrue: no such file, and no shipped scenario (default, pasture, cowbot-field, table1); "
+            "did you mean `pasture`?",
+        ),
+        (
             ["evaluate", "pasture", "--agents", "jmup"],
-            "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, greedy, horizon, learned, clairvoyant, "
-            "got `jmup`",
+            f"`agent` must be one of {', '.join(NAMES)}, got `jmup`; did you mean `jump`?",
         ),
         (
             ["evaluate", "pasture", "--agents", "bcp:spacng=deck"],
@@ -177,7 +184,7 @@ def test_a_folder_of_something_else_is_refused(call):
 
 def test_gym_make_refuses_a_file_with_sweeps():
     file = scenario("[[sweep]]\nname = 'density'\n'weeds.count' = [1, 2]")
-    with pytest.raises(swath.ConfigError, match="mine declares the sweep `density`: it is for `swath evaluate`"):
+    with pytest.raises(swath.ConfigError, match=r"mine\.toml declares the sweep `density`: it is for `swath evaluate`"):
         gym.make("swath/MowerRouting-v0", scenario=file)
 
 
@@ -276,9 +283,9 @@ def test_config_prints_the_schema(call):
 
 def test_agents_are_listed_one_a_line(call):
     _, out, _ = call("agents")
-    assert [line.split()[0] for line in out.splitlines()] == [*AGENTS, "clairvoyant"]
+    assert [line.split()[0] for line in out.splitlines()] == NAMES
     _, out, _ = call("agents", "--json")
-    assert [row["agent"] for row in json.loads(out)] == [*AGENTS, "clairvoyant"]
+    assert [row["agent"] for row in json.loads(out)] == NAMES
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,11 @@ def test_a_part_shows_every_agent_that_played_and_only_those():
     assert "newcomer" not in text
 
 
+@pytest.mark.parametrize(("percent", "text"), [(98.34, "98.3"), (99.94, "99.9"), (99.96, "99.96")])
+def test_a_share_below_all_never_reads_as_all(percent, text):
+    assert page.not_all(percent) == text
+
+
 def test_every_agent_of_the_registry_is_invited():
     listed = agents()
     assert {"horizon", "jump", "bcp"} <= set(listed)

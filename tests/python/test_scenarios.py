@@ -90,6 +90,16 @@ def test_a_scenario_that_cannot_be_used_is_refused_by_name(arguments, text):
     assert str(error.value).startswith(text)
 
 
+def test_a_file_is_blamed_for_what_stands_in_it_and_not_for_keywords_laid_over_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text("[weeds]\ncount = -3\n")
+    with pytest.raises(swath.ConfigError, match=r"^mine\.toml: `weeds\.count` must be"):
+        swath.Scenario("mine.toml")
+    Path("mine.toml").write_text("[weeds]\ncount = 3\n")
+    with pytest.raises(swath.ConfigError, match=r"^`weeds\.count` must be"):
+        swath.Scenario("mine.toml", weeds={"count": -3})
+
+
 # Errors
 
 

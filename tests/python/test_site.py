@@ -53,3 +53,21 @@ def test_formulas_are_drawn_as_formulas(page):
     fraction = page.locator("math[display=block] mfrac").first
     over, under = fraction.locator("> *").nth(0).bounding_box(), fraction.locator("> *").nth(1).bounding_box()
     assert over["y"] + over["height"] <= under["y"] + 1
+
+
+def test_a_wide_table_is_scrolled_by_itself_and_keeps_its_first_column(page):
+    page.set_viewport_size({"width": 800, "height": 700})
+    page.goto((SITE / "figures/league.html").as_uri())
+    wide = page.locator(".md-typeset__scrollwrap").nth(2)
+    first, last = wide.locator("tbody td").first, wide.locator("thead th").last
+    assert last.bounding_box()["x"] > 800
+    wide.evaluate("table => { table.scrollLeft = table.scrollWidth; }")
+    assert last.bounding_box()["x"] + last.bounding_box()["width"] <= 800
+    assert first.bounding_box()["x"] >= 0
+    assert page.evaluate("document.documentElement.scrollWidth") <= 800
+
+
+def test_data_that_a_page_links_to_is_on_the_site(page):
+    page.goto((SITE / "figures/league.html").as_uri())
+    link = page.get_by_role("link", name="LEAGUE.csv").get_attribute("href")
+    assert (SITE / "figures" / link).read_text(encoding="utf-8").startswith("part,cell,agent")

@@ -217,10 +217,17 @@ def test_a_seed_of_the_command_that_is_held_out_is_refused(capsys, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_a_file_is_named_by_what_is_said_about_it(tmp_path):
+    (tmp_path / "mine.toml").write_text("algorithm = 'ppo'\ntotal_steps = 0\n")
+    with pytest.raises(ConfigError, match=r"mine\.toml: `total_steps` must be a whole number from 1"):
+        TrainingConfig.read(tmp_path / "mine.toml")
+
+
 def test_a_misspelt_name_is_answered_with_the_shipped_trainings(capsys, tmp_path):
     assert main(["train", "ppo-feature", "--out", str(tmp_path / "out")]) == 2
     assert capsys.readouterr().err == (
-        f"swath: cannot read ppo-feature: no such file, and no shipped training ({', '.join(SHIPPED)})\n"
+        f"swath: cannot read ppo-feature: no such file, and no shipped training ({', '.join(SHIPPED)}); "
+        "did you mean `ppo-features`?\n"
     )
 
 
@@ -235,6 +242,16 @@ def test_a_missing_package_is_answered_with_the_extra_that_brings_it(package, mo
 
 
 # The training itself
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_the_quick_training_is_worth_its_minutes(tmp_path):
+    curve = training.train("quick", out=tmp_path / "out")
+    first, last = curve.steps[0], curve.steps[-1]
+    assert curve.path_m("policy", last)["mean"] < 0.8 * curve.path_m("policy", first)["mean"]
+    assert curve.longer_m(last, "snake")["high"] < 0
+    assert curve.weeds_mowed("policy", last)["mean"] > 19.5
 
 
 @pytest.mark.parametrize("small", SMALL)

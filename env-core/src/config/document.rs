@@ -53,8 +53,9 @@ impl Document {
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
                 let names: Vec<&str> = super::SHIPPED.iter().map(|(name, _)| *name).collect();
                 return Err(file_error(format!(
-                    "no such file, and no shipped scenario ({})",
-                    names.join(", ")
+                    "no such file, and no shipped scenario ({}){}",
+                    names.join(", "),
+                    keys::hint(source, &names)
                 )));
             }
             Err(error) => return Err(file_error(error.to_string())),

@@ -16,7 +16,7 @@ pub enum ConfigError {
         got: String,
     },
     /// A key that no scenario has.
-    #[error("{}", one_line(&format!("`{key}` is not a known key{}", hint(nearest.as_deref()))))]
+    #[error("{}", one_line(&format!("`{key}` is not a known key{}", did_you_mean(nearest.as_deref()))))]
     UnknownKey {
         /// Dotted key as written.
         key: String,
@@ -61,12 +61,32 @@ pub enum ConfigError {
         /// Name of the first sweep.
         sweep: String,
     },
+    /// Whatever is wrong with a scenario that was read from a file.
+    #[error("{}: {error}", one_line(file))]
+    In {
+        /// Path as written.
+        file: String,
+        /// What is wrong.
+        error: Box<ConfigError>,
+    },
 }
 
 impl ConfigError {
     /// A value that is not allowed in `field`.
     pub fn value(field: impl Into<String>, expected: impl Into<String>, got: impl Display) -> Self {
         Self::Value { field: field.into(), expected: expected.into(), got: got.to_string() }
+    }
+
+    /// The same error of a scenario that was read from this file, which its text names.
+    #[must_use]
+    pub fn in_file(self, file: &str) -> Self {
+        let name = file.to_owned();
+        match self {
+            Self::Syntax { line, message, .. } => Self::Syntax { name, line, message },
+            Self::Sweep { sweep, .. } => Self::Sweep { name, sweep },
+            Self::File { name, message } if name == file => Self::File { name, message },
+            other => Self::In { file: name, error: Box::new(other) },
+        }
     }
 }
 
@@ -78,7 +98,8 @@ fn one_line(text: &str) -> String {
         .collect()
 }
 
-fn hint(nearest: Option<&str>) -> String {
+/// The end of a message that knows a better spelling.
+pub(super) fn did_you_mean(nearest: Option<&str>) -> String {
     nearest.map_or_else(String::new, |key| format!("; did you mean `{key}`?"))
 }
 

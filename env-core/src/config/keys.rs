@@ -5,6 +5,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use toml::Table;
 
+use super::error::did_you_mean;
 use super::{ConfigError, Scenario};
 
 /// JSON Schema of a scenario.
@@ -103,12 +104,18 @@ fn unknown(key: &str, is_block: bool, known: &[String], prefix: &str) -> ConfigE
 }
 
 /// The candidate that is spelt most like `word`, if one is close enough to be meant.
-pub fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     candidates
         .map(|candidate| (likeness(word, candidate), candidate))
         .filter(|&(likeness, _)| likeness > 0.6)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, candidate)| candidate)
+}
+
+/// `; did you mean ...?`, to stand at the end of a message, if one of the candidates is close enough to be meant.
+#[must_use]
+pub fn hint(word: &str, candidates: &[&str]) -> String {
+    did_you_mean(nearest(word, candidates.iter().copied()))
 }
 
 /// How alike two dotted keys are, 0 to 1: their spelling as a whole, or that of their last names when a block was mistaken.

@@ -15,7 +15,7 @@ mod weed_file;
 pub use cells::Cell;
 pub use document::Document;
 pub use error::ConfigError;
-pub use keys::{from_table, nearest, schema};
+pub use keys::{from_table, hint, schema};
 pub use scenario::{Scenario, ValidScenario};
 pub use sections::{
     ActionConfig, ActionKind, Distribution, EpisodeConfig, MowerConfig, NamedStart,

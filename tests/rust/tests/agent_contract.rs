@@ -2,7 +2,7 @@
 
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
-use swath_agents::agent::{Agent, Decision, PIECE_M};
+use swath_agents::agent::{self, Agent, Capped, Decision, PIECE_M};
 use swath_agents::registry::{AGENTS, AgentSpec};
 use swath_agents::runner::{run_agent, run_episode};
 use swath_core::action::Command;
@@ -14,6 +14,10 @@ use swath_core::known::{KnownWeed, KnownWeeds};
 use swath_core::site::Site;
 use swath_core::view::View;
 use swath_tests::agents;
+
+/// The agent of the guide, compiled as a file of `agents/src` would be: it finds the contract in `crate::agent`.
+#[path = "../../../examples/straight.rs"]
+pub mod straight;
 
 fn scenario(text: &str) -> ValidScenario {
     let mut document = Document::empty("test");
@@ -206,6 +210,17 @@ fn no_weed_is_so_placed_that_an_agent_never_ends() {
     }
 }
 
+#[test]
+fn the_agent_of_the_guide_crosses_the_pasture_and_stops() {
+    let scenario = Document::open("pasture").unwrap().scenario().unwrap();
+    let mut env = Env::new(&scenario);
+    let mut agent = Capped(Box::new(straight::Straight));
+    let outcome = run_agent(&mut env, &mut agent, 0, Some(&[]), |_| ());
+    assert_eq!(outcome, Outcome::Done);
+    let path_m = env.summary().path_length_m;
+    assert!((100.0..=100.0 + PIECE_M).contains(&path_m), "{path_m} m");
+}
+
 /// An agent that sees a weed at (50, 20) for ever, however often it is driven over.
 struct Haunted(Box<dyn Agent>);
 
@@ -390,9 +405,10 @@ fn the_yardstick_mows_every_weed_on_a_shorter_way_than_any_agent() {
 #[test]
 fn an_unknown_agent_or_option_is_refused_by_name() {
     let refused = |text: &str| text.parse::<AgentSpec>().unwrap_err().to_string();
+    let names: Vec<&str> = AGENTS.iter().map(|entry| entry.name).collect();
     assert_eq!(
         refused("snak"),
-        "`agent` must be one of bcp, bcp-tsp, react, jump, snake, r-snake, greedy, horizon, learned, clairvoyant, got `snak`; did you mean `snake`?"
+        format!("`agent` must be one of {}, got `snak`; did you mean `snake`?", names.join(", "))
     );
     assert_eq!(
         refused("bcp:spacin=sensor"),

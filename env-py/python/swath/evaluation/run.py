@@ -78,7 +78,7 @@ def evaluate(
     journal = None if out is None else Journal(Path(out), study)
     rows = {} if journal is None else journal.rows
     with Progress("episodes", len(study), is_wanted=progress) as bar, journal or nullcontext():
-        bar.advance(len(rows))
+        bar.resume(len(rows))
         for row in _rows(study, rows, backend, jobs):
             if not add(rows, row):
                 continue

@@ -162,7 +162,7 @@ def work(
             with journal, Progress("episodes", len(mine), is_wanted=progress) as bar:
                 # Opening takes a while, in which another worker may have played some of them.
                 pending = left()
-                bar.advance(len(mine) - len(pending))
+                bar.resume(len(mine) - len(pending))
                 for first in range(0, len(pending), num_envs):
                     wave = pending[first : first + num_envs]
                     for row, episode in _played(servers.batch(len(wave)), driver, sweep, wave):

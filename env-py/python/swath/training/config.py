@@ -133,12 +133,18 @@ class TrainingConfig:
         try:
             text = path.read_text(encoding="utf-8")
         except FileNotFoundError:
-            text = f"cannot read {name}: no such file, and no shipped training ({', '.join(shipped)})"
+            hint = keys.did_you_mean(name, shipped)
+            text = f"cannot read {name}: no such file, and no shipped training ({', '.join(shipped)}){hint}"
             raise ConfigError(text) from None
         except (OSError, UnicodeDecodeError) as error:
             text = f"cannot read {name}: {error}"
             raise ConfigError(text) from error
-        return cls.check(_native.parse_toml(text, path.name) | instead, name=path.stem, folder=path.parent)
+        given = _native.parse_toml(text, path.name) | instead
+        try:
+            return cls.check(given, name=path.stem, folder=path.parent)
+        except ConfigError as error:
+            text = f"{name}: {error}"
+            raise ConfigError(text) from error
 
     @classmethod
     def check(

@@ -11,7 +11,7 @@ from typing import Any
 
 from swath.errors import ConfigError
 
-__all__ = ["block", "choice", "fitting", "refuse_unknown", "text", "whole"]
+__all__ = ["block", "choice", "did_you_mean", "fitting", "refuse_unknown", "text", "whole"]
 
 
 def refuse_unknown(path: str, given: Iterable[str], known: Iterable[str]) -> None:
@@ -57,10 +57,15 @@ def choice(field: str, value: object, names: Iterable[str]) -> str:
     """Returns one of several names."""
     names = list(names)
     if not isinstance(value, str) or value not in names:
-        near = difflib.get_close_matches(str(value), names, n=1, cutoff=0.5)
-        hint = f"; did you mean `{near[0]}`?" if near else ""
-        raise _wrong(field, "one of " + ", ".join(f"`{name}`" for name in names), value, hint)
+        expected = "one of " + ", ".join(f"`{name}`" for name in names)
+        raise _wrong(field, expected, value, did_you_mean(str(value), names))
     return value
+
+
+def did_you_mean(word: str, names: Iterable[str]) -> str:
+    """Returns the end of a message, with the name that is spelt most like a word; nothing if none is close."""
+    near = difflib.get_close_matches(word, list(names), n=1, cutoff=0.5)
+    return f"; did you mean `{near[0]}`?" if near else ""
 
 
 def fitting(field: str, value: object, hint: Any) -> object:  # noqa: ANN401 - a type hint has no type of its own

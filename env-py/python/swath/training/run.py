@@ -99,12 +99,12 @@ class _Training:
         from swath.training.callback import Beside
 
         config, model = self.config, self.model
-        bar.advance(self.steps_before)
+        bar.resume(self.steps_before)
         if self.steps_before:
             self.say(f"goes on from step {self.steps_before}")
         model.set_logger(configure(str(self.folder.path / "tensorboard"), ["tensorboard"]))
         beside = Beside(
-            evaluate=self.evaluate,
+            evaluate=lambda steps: self.evaluate(steps, bar),
             evaluate_every=None if config.evaluation is None else config.evaluation.every,
             save=lambda: self.checkpoints.write(model, self.times.wall_s),
             save_every=config.checkpoint_every,
@@ -117,11 +117,11 @@ class _Training:
                 config.total_steps - self.steps_before, callback=beside, reset_num_timesteps=not self.steps_before
             )
         if config.evaluation is not None and model.num_timesteps not in self.curve.steps:
-            self.evaluate(model.num_timesteps)
+            self.evaluate(model.num_timesteps, bar)
         write_model(self.folder.model, model, config)
         model.logger.close()
 
-    def evaluate(self, steps: int) -> None:
+    def evaluate(self, steps: int, bar: Progress) -> None:
         """Plays the evaluation's instances, and writes all rows so far."""
         plan = self.config.evaluation
         assert plan is not None, "it is called where there is an evaluation"
@@ -132,7 +132,7 @@ class _Training:
         self.curve.write(self.folder.evaluations)
         self.times.write(steps)
         self._log(steps, plan)
-        self.say(line_of(self.curve, steps))
+        self.say("; ".join(part for part in (line_of(self.curve, steps), bar.left()) if part))
 
     def _evaluate_others(self, plan: Evaluation) -> None:
         scripted = [agent for agent in plan.agents if agent != RANDOM]
