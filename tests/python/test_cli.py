@@ -244,10 +244,8 @@ def test_run_prints_lines_for_people(call):
     status, out, _ = call("run", "bcp", "--scenario", "cowbot-field")
     assert status == 0
     assert "outcome          done" in out.splitlines()
-    for line in out.splitlines():
-        name, value = line.split()
-        if "." in value:
-            assert len(value.split(".")[1]) == (3 if name.endswith("_m") else 4)
+    told = dict(line.split() for line in out.splitlines())
+    assert (told["path_length_m"], told["path_fraction"], told["seen_fraction"]) == ("897.519", "1.0000", "1.0000")
 
 
 def test_a_share_that_is_not_whole_is_not_called_whole():

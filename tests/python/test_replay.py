@@ -115,7 +115,8 @@ def test_episodes_of_other_weeds_are_refused():
 
 @pytest.mark.parametrize(("name", "begins"), [("a.png", b"\x89PNG"), ("a.gif", b"GIF89a")])
 def test_the_suffix_says_what_is_written(call, name, begins):
-    status, out, _ = call("replay", "jump", "--scenario", "cowbot-field", "--seconds", 1, "--fps", 5, "--out", name)
+    film = ["--seconds", 1, "--fps", 5] if name.endswith(".gif") else []
+    status, out, _ = call("replay", "jump", "--scenario", "cowbot-field", *film, "--out", name)
     assert (status, out.splitlines()[-1]) == (0, f"wrote {name}")
     assert Path(name).read_bytes().startswith(begins)
 
@@ -133,7 +134,7 @@ def test_the_suffix_says_what_is_written(call, name, begins):
         (["jump", "--fps", 0, "--out", "a.gif"], "`fps` must be a whole number from 1 to 100, got 0"),
         (
             ["jump", "--seconds", 3, "--out", "a.html"],
-            "`seconds` is for films, which end with .gif, .mp4, .png, .rrd, ",
+            "`seconds` is for films, which end with .gif, .mp4, .rrd, ",
         ),
     ],
     ids=lambda value: " ".join(map(str, value)) if isinstance(value, list) else "",

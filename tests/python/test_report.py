@@ -3,6 +3,7 @@
 import csv
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -121,6 +122,17 @@ def test_a_failure_is_the_worst_episode_however_short():
     best, worst, *_ = extremes_of(groups_of(study))
     assert (worst.kind, worst.instance) == ("worst", 2)
     assert best.instance != 2
+
+
+def test_of_failures_the_one_that_mowed_least_is_the_worst_and_the_page_says_how_it_ended():
+    study = evaluated("pasture")
+    study = replace(study, outcomes=study.outcomes.astype("U20"))
+    study.outcomes[0, 0] = "left_headland"
+    study.mowed_percent[0, 0] = [50, 90, 10, 50]
+    study.path_m[0, 0] = [900, 800, 100, 300]
+    best, worst, *_ = extremes_of(groups_of(study))
+    assert (best.instance, worst.instance) == (1, 2)
+    assert "10.0 % mowed, left_headland (" in text_of(page_of(study))
 
 
 def test_an_interval_holds_nothing_that_cannot_be():

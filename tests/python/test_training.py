@@ -211,6 +211,14 @@ def test_a_seed_of_the_command_takes_the_place_of_that_of_the_file():
     assert training.TrainingConfig.read("ppo-features", seed=7).seed == 7
 
 
+def test_a_seed_of_the_command_that_cannot_be_is_not_blamed_on_the_file(tmp_path):
+    file = tmp_path / "own.toml"
+    file.write_text('algorithm = "ppo"\ntotal_steps = 100\n')
+    assert training.TrainingConfig.read(file, seed=7).seed == 7
+    with pytest.raises(ConfigError, match=r"^`seed` must be"):
+        training.TrainingConfig.read(file, seed=1_000_000)
+
+
 def test_a_seed_of_the_command_that_is_held_out_is_refused(capsys, tmp_path):
     assert main(["train", "ppo-features", "--seed", "1000000", "--out", str(tmp_path / "out")]) == 2
     assert "`seed` must be" in capsys.readouterr().err

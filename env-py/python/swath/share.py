@@ -13,7 +13,8 @@ def share(value: float, digits: int, *, whole: float = 1.0) -> str:
         digits: Number of digits behind the point.
         whole: What the whole is: 1, or 100 for per cent.
     """
-    rounded = round(value, digits)
+    # Nothing has no sign.
+    rounded = round(value, digits) + 0.0
     if value < whole <= rounded:
         rounded = whole - 10.0**-digits
     return f"{rounded:.{digits}f}"

@@ -60,9 +60,9 @@ class Style:
 
 
 def style(number: int) -> Style:
-    """Returns a style: the first 12 differ in colour, dash and mark, and no two of the first 144 are the same."""
-    aside = (number + number // _COUNT) % _COUNT
-    return Style(number % _COUNT, _DASHES[aside], _MARKS[aside])
+    """Returns a style: the first 12 differ in colour, dash and mark, the first 144 in dash or mark, so in grey too."""
+    round_, place = divmod(number, _COUNT)
+    return Style(place, _DASHES[(place + round_) % _COUNT], _MARKS[(place + 2 * round_) % _COUNT])
 
 
 def styles_of(labels: Sequence[str]) -> list[int]:

@@ -92,7 +92,7 @@ def table_of(results: Results) -> str:
                 interval(spread([row.path_percent for row in rows])),
                 f"{spread([row.weeds_mowed for row in rows])['mean']:.2f}",
                 f"{spread([row.weeds_total for row in rows])['mean']:g}",
-                interval(spread([row.mowed_percent for row in rows])),
+                interval(spread([row.mowed_percent for row in rows]), whole=100.0),
                 end_section=agent == AGENTS[-1],
             )
     n = results.study.instances

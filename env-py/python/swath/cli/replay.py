@@ -19,6 +19,7 @@ from swath.replay import page_of
 __all__ = ["replay"]
 
 _PAGES = (".html", ".htm")
+_STILLS = (".png",)
 _FPS = 30
 
 
@@ -76,13 +77,13 @@ def _check(out: Path, fps: int | None, seconds: float | None) -> None:
     if out.is_dir() or not out.parent.is_dir():
         text = f"`out` must be a file in a folder that exists, got {out}"
         raise ConfigError(text)
+    for name, value in (("fps", fps), ("seconds", seconds)):
+        if value is not None and out.suffix.lower() in (*_PAGES, *_STILLS):
+            films = [suffix for suffix in SUFFIXES if suffix not in _STILLS]
+            text = f"`{name}` is for films, which end with {', '.join(films)}, got {value} for {out}"
+            raise ConfigError(text)
     if out.suffix.lower() not in _PAGES:
         check_film(out, fps=_FPS if fps is None else fps, seconds=seconds)
-        return
-    for name, value in (("fps", fps), ("seconds", seconds)):
-        if value is not None:
-            text = f"`{name}` is for films, which end with {', '.join(SUFFIXES)}, got {value} for {out}"
-            raise ConfigError(text)
 
 
 def _specs(agents: Sequence[str]) -> list[_native.AgentSpec]:

@@ -8,6 +8,7 @@ from typing import TypedDict
 import numpy as np
 
 from swath import _native
+from swath.share import share
 
 __all__ = ["Spread", "interval", "spread"]
 
@@ -50,10 +51,11 @@ def spread(values: Sequence[float]) -> Spread:
     return Spread(n=n, mean=mean, sd=sd, low=mean - half, high=mean + half)
 
 
-def interval(values: Spread, *, sign: str = "") -> str:
-    """Returns a mean with half its interval, two digits behind the point."""
+def interval(values: Spread, *, sign: str = "", whole: float | None = None) -> str:
+    """Returns a mean with half its interval, two digits behind the point; what is below `whole` is not shown as that."""
     # A difference that rounds to nothing has no sign.
     mean = 0.0 if abs(values["mean"]) < 0.005 else values["mean"]
+    text = f"{mean:{sign}.2f}" if whole is None else share(mean, 2, whole=whole)
     if values["high"] is None:
-        return f"{mean:{sign}.2f}"
-    return f"{mean:{sign}.2f} ± {values['high'] - values['mean']:.2f}"
+        return text
+    return f"{text} ± {values['high'] - values['mean']:.2f}"

@@ -33,7 +33,12 @@ def text_of(results: Results) -> str:
             outcomes = ", ".join(f"{count} {name}" for name, count in results.outcomes(number, agent).items())
             named = [cell.name, *map(str, cell.values.values()), agent, str(path["n"])]
             table.add_row(
-                *named, interval(path), interval(mowed), points, outcomes, end_section=agent == study.labels[-1]
+                *named,
+                interval(path),
+                interval(mowed, whole=100.0),
+                points,
+                outcomes,
+                end_section=agent == study.labels[-1],
             )
     return print_whole(table) + (
         "path: in % of the boustrophedon path over the whole pasture; its difference in points, on the same instances\n"

@@ -55,7 +55,9 @@ def data_of(episodes: Sequence[Episode], styles: Sequence[int] | None = None) ->
     assert isinstance(sensor, dict), "a scenario has a block `sensor`"
     x_m, y_m = np.concatenate([episode.trajectory[:, :2] for episode in episodes]).T
     seen = [_in_blocks(episode.cell_seen_path_m) for episode in episodes]
-    looks = [style(number) for number in styles or styles_of([episode.agent for episode in episodes])]
+    if styles is None:
+        styles = styles_of([episode.agent for episode in episodes])
+    looks = [style(number) for number in styles]
     return {
         "length_m": pasture["length_m"],
         "width_m": pasture["width_m"],

@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from swath.report.evaluated import Evaluated
     from swath.report.groups import Group
 
-__all__ = ["Extreme", "drawn", "extremes_of", "ratio_percent"]
+__all__ = ["SUCCESSES", "Extreme", "drawn", "extremes_of", "ratio_percent"]
+
+SUCCESSES = ("done", "goal")
+"""How an episode ends that has not failed: by the agent's own stop, or at the goal."""
 
 _DIGITS = 9
 """Behind the point, of per cent: what rounding decides makes no episode better than another."""
@@ -43,16 +46,18 @@ def extremes_of(groups: Sequence[Group]) -> Iterator[Extreme]:
     """Yields the best and the worst episode of each agent in each group of scenarios.
 
     The best is the shortest path in per cent of the agent's own mean in that scenario, the worst the longest: so within
-    a sweep no scenario wins by being easy. An episode that did not end by the agent's own stop or at the goal is worse
-    than all that did. Of equal ones the first counts.
+    a sweep no scenario wins by being easy. An episode that failed is worse than all that did not, and the more so the
+    fewer weeds it mowed. Of equal ones the first counts.
     """
     for group in groups:
         numbers = list(group.numbers)
         for agent in range(len(group.evaluated.agents)):
             percent = ratio_percent(group.evaluated, agent)[numbers]
-            is_done = np.isin(group.evaluated.outcomes[numbers, agent], ("done", "goal"))
-            # Failures come after all others.
-            cost = np.where(is_done, percent, percent + percent.max() + 1.0).round(_DIGITS)
+            is_done = np.isin(group.evaluated.outcomes[numbers, agent], SUCCESSES)
+            # Failures come after all others, by what they left, and only then by their path.
+            left_percent = 100.0 - group.evaluated.mowed_percent[numbers, agent]
+            failed = percent.max() * (1.0 + left_percent) + percent
+            cost = np.where(is_done, percent, failed + 1.0).round(_DIGITS)
             best, worst = int(cost.argmin()), int(cost.argmax())
             found = [("best", best), ("worst", worst)] if best != worst else [("all alike", best)]
             for kind, at in found:

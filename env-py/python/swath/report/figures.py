@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from swath.evaluation.statistics import Spread, interval
 from swath.report.chart import Frame, Scale, colour, dashes, marker, ticks
+from swath.share import share
 from swath.styles import title_of
 
 if TYPE_CHECKING:
@@ -19,11 +20,14 @@ if TYPE_CHECKING:
 __all__ = ["MEASURES", "differences", "distributions", "over_value"]
 
 MEASURES = {"path": "path length, % of boustrophedon", "mowed": "weeds mowed, % of all"}
+_WHOLE = {"path": None, "mowed": 100.0}
+_POSSIBLE = {"path": (0.0, math.inf), "mowed": (0.0, 100.0)}
 _UNITS = {"m": "m", "mps": "m/s", "s": "s", "rad": "rad", "j": "J", "radps": "rad/s"}
 _BINS = 60
 _LOG_FROM = 8.0
 _ASIDE_PX = 3.0
 _HILL_PX = 30.0
+_ROW_PX = 260
 
 
 def over_value(group: Group, panel: Panel, measure: str, values: npt.NDArray[np.float64]) -> str:
@@ -32,7 +36,7 @@ def over_value(group: Group, panel: Panel, measure: str, values: npt.NDArray[np.
     agents, styles = group.evaluated.agents, group.evaluated.styles
     spreads = [[group.mean(values, agent, numbers) for _, numbers in panel.points] for agent in range(len(agents))]
     points = [value for value, _ in panel.points]
-    low, high = _limits([end for row in spreads for one in row for end in _ends(one, measure)])
+    low, high = _limits([end for row in spreads for one in row for end in _ends(one, measure)], measure)
     title = f"{MEASURES[measure]} over {axis_label(group.key)}{', ' * bool(panel.title)}{panel.title}"
     frame = Frame(560, 330, title, "lines")
     is_log = points[0] > 0 and points[-1] / points[0] >= _LOG_FROM
@@ -53,7 +57,11 @@ def over_value(group: Group, panel: Panel, measure: str, values: npt.NDArray[np.
         for at, value, one in zip(places, points, row, strict=True):
             ends = _ends(one, measure)
             frame.line(at, y(ends[0]), at, y(ends[-1]), f"whisker {colour(look)}")
-            frame.add(marker(look, at, y(one["mean"]), f"{agents[agent]} at {value:g}: {interval(one)} %"))
+            frame.add(
+                marker(
+                    look, at, y(one["mean"]), f"{agents[agent]} at {value:g}: {interval(one, whole=_WHOLE[measure])} %"
+                )
+            )
     return frame.svg()
 
 
@@ -61,7 +69,10 @@ def distributions(group: Group, measure: str, values: npt.NDArray[np.float64]) -
     """Returns an SVG: a histogram of the episodes of each agent, with mean, median and the middle 90 %."""
     agents, styles = group.evaluated.agents, group.evaluated.styles
     pooled = [group.pooled(values, agent) for agent in range(len(agents))]
-    low, high = _limits([float(end) for one in pooled for end in (one.min(), one.max())])
+    low, high = _limits([float(end) for one in pooled for end in (one.min(), one.max())], measure)
+
+    def shown(value: float, digits: int) -> str:
+        return share(float(value), digits, whole=_WHOLE[measure] or math.inf)
 
     def row(frame: Frame, agent: int, x: Scale, base: float) -> str:
         counts, edges = np.histogram(pooled[agent], bins=_BINS, range=(low, high))
@@ -80,9 +91,11 @@ def distributions(group: Group, measure: str, values: npt.NDArray[np.float64]) -
         frame.line(x(fifth), base + 3, x(last), base + 3, f"whisker {colour(styles[agent])}")
         frame.line(x(median), base - 2, x(median), base + 8, "median")
         frame.add(
-            marker(styles[agent], x(float(pooled[agent].mean())), base + 3, f"mean {pooled[agent].mean():.2f} %", 3.5)
+            marker(
+                styles[agent], x(float(pooled[agent].mean())), base + 3, f"mean {shown(pooled[agent].mean(), 2)} %", 3.5
+            )
         )
-        return f"{median:.1f} ({fifth:.1f} to {last:.1f})"
+        return f"{shown(median, 1)} ({shown(fifth, 1)} to {shown(last, 1)})"
 
     heights = f"\u2191 episodes per {(high - low) / _BINS:.2g} %"
     label = f"{MEASURES[measure]}, one episode each"
@@ -107,7 +120,7 @@ def differences(group: Group, measure: str, values: npt.NDArray[np.float64]) -> 
         frame.add(marker(look, x(one["mean"]), base - 10, f"{text} points", 5))
         return text
 
-    label = f"{MEASURES[measure].split(',')[0]} minus that of {evaluated.versus}, points of per cent"
+    label = f"{MEASURES[measure].split(',')[0]} minus that of the reference, points of per cent"
     return _rows(group, (low, high), label, "mean ± 95 % interval", row, zero=True)
 
 
@@ -126,9 +139,10 @@ def _rows(
     `heights` says what the rows' own axes count.
     """
     agents = [title_of(agent) for agent in group.evaluated.agents]
-    left, right, pitch = 28 + 30 * bool(heights) + round(6.6 * max(len(agent) for agent in agents)), 450, 44
+    left, pitch = 28 + 30 * bool(heights) + round(6.6 * max(len(agent) for agent in agents)), 44
+    right = max(450, left + _ROW_PX)
     bottom = 24 + pitch * len(agents)
-    frame = Frame(620, bottom + 42, f"{label}, a row for each agent", "rows")
+    frame = Frame(right + 170, bottom + 42, f"{label}, a row for each agent", "rows")
     x = Scale(*limits, left, right)
     frame.x_axis(x, bottom, ticks(*limits, 6), label, top_px=20)
     frame.text(right + 14, 14, numbers, "start")
@@ -157,12 +171,13 @@ def _ends(one: Spread, measure: str = "") -> tuple[float, ...]:
     """Returns the ends of an interval, or the mean where there is none; those of a measure within what it can be."""
     if one["low"] is None or one["high"] is None:
         return (one["mean"],)
-    least, most = {"path": (0.0, math.inf), "mowed": (0.0, 100.0)}.get(measure, (-math.inf, math.inf))
+    least, most = _POSSIBLE.get(measure, (-math.inf, math.inf))
     return (max(one["low"], least), min(one["high"], most))
 
 
-def _limits(values: Sequence[float]) -> tuple[float, float]:
-    """Returns limits of an axis with some air at both ends."""
+def _limits(values: Sequence[float], measure: str = "") -> tuple[float, float]:
+    """Returns limits of an axis with some air at both ends, as far as the measure can be there."""
     low, high = min(values), max(values)
     air = 0.05 * (high - low) or 0.5
-    return low - air, high + air
+    least, most = _POSSIBLE.get(measure, (-math.inf, math.inf))
+    return max(low - air, least), min(high + air, most)

@@ -13,7 +13,7 @@ from swath.replay.data import data_of
 from swath.replay.page import document, json_block, script, style
 from swath.report import tables
 from swath.report.chart import swatch
-from swath.report.extremes import Extreme, drawn, extremes_of, ratio_percent
+from swath.report.extremes import SUCCESSES, Extreme, drawn, extremes_of, ratio_percent
 from swath.report.figures import MEASURES, axis_label, differences, distributions, over_value
 from swath.report.groups import Group, groups_of
 from swath.share import share
@@ -77,11 +77,12 @@ def _about(evaluated: Evaluated) -> str:
         if is_yardstick(label)
     )
     counts = f"{_count(episodes, 'episode')}: {agents} on {places}, {_count(evaluated.instances, 'instance')} each"
+    seeds = f"seeds {evaluated.seed} to {last}" if last > evaluated.seed else f"seed {last}"
     return (
-        f'<p class="about">{counts}, seeds {evaluated.seed} to {last}, the same for every agent. '
+        f'<p class="about">{counts}, {seeds}, the same for every agent. '
         "Paths are in per cent of the boustrophedon path over the whole pasture; shorter is better. "
-        "Intervals hold the mean with 95&nbsp;% confidence, by Student's t over instances; they are cut at what cannot "
-        "be: below 0, and for weeds mowed above 100&nbsp;%.</p>" + yardsticks
+        "Intervals hold the mean with 95&nbsp;% confidence, by Student's t over instances; those of means are cut at "
+        "what cannot be: below 0, and for weeds mowed above 100&nbsp;%.</p>" + yardsticks
     )
 
 
@@ -149,7 +150,8 @@ def _replays(groups: Sequence[Group], advance: Callable[[int], None]) -> str:
     parts = [
         '<section id="replays"><h2>Best and worst episodes</h2>\n<p class="about">The shortest and the longest path of '
         "each agent, in per cent of its own mean in that scenario: so none is best because its pasture is easy. An "
-        "episode that failed is worse than all others. Each is driven again from its seed, beside "
+        "episode that failed is worse than all others, and the more so the fewer weeds it mowed. Each is driven again "
+        "from its seed, beside "
         f"{escape(evaluated.versus)} on the same weeds. Open "
         "one to play it: space plays and pauses, the arrow keys go along the path and change the speed.</p>\n"
     ]
@@ -167,10 +169,12 @@ def _replay(evaluated: Evaluated, extreme: Extreme, name: str, episodes: Sequenc
     place, at = evaluated.places[extreme.place], (extreme.place, extreme.agent, extreme.instance)
     swept = "".join(f", {key} = {value}" for key, value in place.values.items())
     label = title_of(evaluated.agents[extreme.agent])
+    outcome = evaluated.outcomes[at]
+    failure = "" if outcome in SUCCESSES else f", {outcome}"
     own = ratio_percent(evaluated, extreme.agent)[extreme.place, extreme.instance]
     title = (
         f"{label}, {extreme.kind}: {evaluated.path_percent[at]:.1f} % path, {own:.0f} % of its mean there, "
-        f"{share(evaluated.mowed_percent[at], 1, whole=100.0)} % mowed "
+        f"{share(evaluated.mowed_percent[at], 1, whole=100.0)} % mowed{failure} "
         f"({place.name}{swept}, seed {evaluated.seed + extreme.instance})"
     )
     summary = f"<summary>{swatch(evaluated.styles[extreme.agent])} {escape(title)}</summary>"
@@ -181,7 +185,8 @@ def _replay(evaluated: Evaluated, extreme: Extreme, name: str, episodes: Sequenc
     if episodes[0].path_length_m != evaluated.path_m[at]:
         note = (
             f'<p class="about">This build of swath drives {episodes[0].path_length_m:.1f} m here, where the evaluation '
-            f"has {evaluated.path_m[at]:.1f} m: it is another build.</p>"
+            f"has {evaluated.path_m[at]:.1f} m: it is another build, or the agent has a "
+            "time budget, with which decisions depend on the machine.</p>"
         )
     block = json_block(
         name, data_of(episodes, [evaluated.styles[evaluated.agents.index(episode.agent)] for episode in episodes])

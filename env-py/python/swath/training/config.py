@@ -139,12 +139,14 @@ class TrainingConfig:
         except (OSError, UnicodeDecodeError) as error:
             text = f"cannot read {name}: {error}"
             raise ConfigError(text) from error
-        given = _native.parse_toml(text, path.name) | instead
+        given = _native.parse_toml(text, path.name)
         try:
-            return cls.check(given, name=path.stem, folder=path.parent)
+            config = cls.check(given, name=path.stem, folder=path.parent)
         except ConfigError as error:
             text = f"{name}: {error}"
             raise ConfigError(text) from error
+        # What is wrong with another seed is not the file's fault.
+        return cls.check(given | instead, name=path.stem, folder=path.parent) if instead else config
 
     @classmethod
     def check(
