@@ -206,8 +206,44 @@ def test_agents_stand_side_by_side_and_nothing_is_covered(page, tmp_path, length
     assert shown[0] < 0 < length_m < shown[1]
     assert shown[2] < 0 < width_m < shown[3]
     px_per_m = (scenes[0]["height"] - 40) / (shown[3] - shown[2])
-    assert scenes[0]["width"] == pytest.approx(max(68 + px_per_m * (shown[1] - shown[0]), 150), abs=3)
+    assert scenes[0]["width"] == pytest.approx(max(68 + px_per_m * (shown[1] - shown[0]), 140), abs=3)
     keep(page, f"race-{len(agents)}-{length_m}x{width_m}-{width}", full_page=False)
+
+
+@pytest.mark.parametrize(("width", "height", "rows"), [(700, 500, 2), (1280, 720, 1)])
+def test_many_agents_with_long_names_stand_in_rows_and_none_covers_another(page, tmp_path, width, height, rows):
+    Path(tmp_path, "pasture.toml").write_text("[pasture]\nlength_m = 10\nwidth_m = 100\n")
+    agents = ["bcp", "bcp:spacing=sensor", "snake", "jump", "r-snake", "react", "horizon:iterations=300", "clairvoyant"]
+    path = tmp_path / "race.html"
+    assert main(["replay", *agents, "--scenario", str(tmp_path / "pasture.toml"), "--out", str(path)]) == 0
+    page.set_viewport_size({"width": width, "height": height})
+    page.goto(path.as_uri())
+    page.wait_for_function("() => document.querySelector('canvas.scene').width > 0")
+    scrub(page, 0.5)
+    scenes, words = (
+        [part.bounding_box() for part in page.locator(name).all()] for name in ("canvas.scene", ".status span")
+    )
+    # Names may be wider than what they stand in.
+    names = page.locator(".panel h3").evaluate_all(
+        "(headings) => headings.map((heading) => { const range = new Range(); range.selectNodeContents(heading); "
+        "return range.getBoundingClientRect().toJSON(); })"
+    )
+    assert len(scenes) == len(names) == len(agents)
+    shown = [*scenes, *names, *words]
+    for part in shown:
+        assert 0 <= part["x"] < part["x"] + part["width"] <= width
+    for one, other in itertools.combinations(shown, 2):
+        assert not covers(one, other)
+    assert len({scene["y"] for scene in scenes}) == rows
+    assert page.evaluate("document.documentElement.scrollWidth") == width
+    keep(page, f"race-{len(agents)}-10x100-{width}")
+
+
+def covers(one, other):
+    return all(
+        one[start] < other[start] + other[size] and other[start] < one[start] + one[size]
+        for start, size in (("x", "width"), ("y", "height"))
+    )
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1280, "dark")])

@@ -62,7 +62,7 @@ class Player {
     const canvas = element("canvas", { class: "scene", role: "img" });
     const status = element("p", { class: "status" });
     const swatch = element("canvas", { class: "swatch", width: 52, height: 20, "aria-hidden": "true" });
-    const heading = element("h3", { title: episode.yardstick }, [swatch, ` ${episode.title}`]);
+    const heading = element("h3", { title: episode.yardstick }, [swatch, "\u00a0", ...wordsOf(episode.title)]);
     const box = element("section", { class: "panel", "aria-label": episode.title }, [heading, canvas, status]);
     return { box, canvas, status, swatch, episode, scene: new Scene(canvas, this.data, episode) };
   }
@@ -78,10 +78,12 @@ class Player {
     const below = last.offsetTop + last.offsetHeight - this.row.offsetTop - this.row.offsetHeight;
     const room = height - above - below - GAP_PX;
     const count = this.panels.length;
-    const scales = this.panels.map((_, fewer) => this.scaleOf(fewer + 1, width, room));
+    // No more in a row than have room at their least width; of those that show most, the most.
+    const most = Math.max(1, Math.min(count, Math.floor((width + GAP_PX) / (LEAST_WIDTH_PX + GAP_PX))));
+    const scales = Array.from({ length: most }, (_, fewer) => this.scaleOf(fewer + 1, width, room));
     const best = Math.max(...scales);
-    const isBeside = this.arrange(count, width) >= BESIDE_PX || scales[count - 1] >= BESIDE_SHARE * best;
-    const columns = isBeside ? count : scales.indexOf(best) + 1;
+    const isBeside = most === count && (this.arrange(count, width) >= BESIDE_PX || scales[count - 1] >= BESIDE_SHARE * best);
+    const columns = isBeside ? count : scales.findLastIndex((scale) => scale >= best - 1e-6) + 1;
     this.arrange(columns, width);
     for (const { scene } of this.panels) scene.fit(scales[columns - 1], this.bounds);
     this.draw();
@@ -261,6 +263,11 @@ class Player {
     this.slider.setAttribute("aria-valuetext", text);
     this.button.textContent = this.isPlaying ? "❚❚ Pause" : "▶ Play";
   }
+}
+
+// A title that may be broken where an option begins.
+function wordsOf(title) {
+  return title.split(/(?<=[:,])/).flatMap((words) => [words, element("wbr")]);
 }
 
 function drawSwatch(canvas, colour, dash) {

@@ -76,7 +76,7 @@ class Race {
     context.strokeStyle = colour;
     context.fillStyle = colour;
     context.lineWidth = 1.6;
-    context.globalAlpha = 0.3;
+    context.globalAlpha = 0.45;
     context.setLineDash(episode.dash);
     trace(episode.lengthM);
     context.globalAlpha = 1;

@@ -84,7 +84,7 @@ const glyphs = {
 
 // What surrounds a plot, in pixels: labels of its axes, and the scale bar.
 const MARGIN = { left: 46, right: 22, top: 6, bottom: 34 };
-const LEAST_WIDTH_PX = 150;
+const LEAST_WIDTH_PX = 140;
 
 class Scene {
   constructor(canvas, data, episode) {
