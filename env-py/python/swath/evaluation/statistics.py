@@ -52,7 +52,7 @@ def spread(values: Sequence[float]) -> Spread:
 
 
 def interval(values: Spread, *, sign: str = "", whole: float | None = None) -> str:
-    """Returns a mean with half its interval, two digits behind the point; what is below `whole` is not shown as that."""
+    """Returns a mean with half its interval, two digits behind the point; below `whole` it is not shown as that."""
     # A difference that rounds to nothing has no sign.
     mean = 0.0 if abs(values["mean"]) < 0.005 else values["mean"]
     text = f"{mean:{sign}.2f}" if whole is None else share(mean, 2, whole=whole)
