@@ -173,17 +173,29 @@ def test_speed_is_metres_a_second(page, replay):
     assert path_m(page) == pytest.approx(100, abs=1)
 
 
+def open_race(page, folder, agents, size_m, size_px):
+    """Opens a replay of agents on a pasture of that length and width in a window of that width and height, half-way."""
+    Path(folder, "pasture.toml").write_text(f"[pasture]\nlength_m = {size_m[0]}\nwidth_m = {size_m[1]}\n")
+    path = folder / "race.html"
+    assert main(["replay", *agents, "--scenario", str(folder / "pasture.toml"), "--out", str(path)]) == 0
+    page.set_viewport_size({"width": size_px[0], "height": size_px[1]})
+    page.goto(path.as_uri())
+    scrub(page, 0.5)
+    # Pictures are fitted a frame after the page has its size, which may change that again.
+    page.wait_for_function(
+        "() => { const boxes = JSON.stringify([...document.querySelectorAll('.panel, canvas.scene, .legend')]"
+        ".map((part) => part.getBoundingClientRect())); "
+        "window.still = boxes === window.boxes ? window.still + 1 : 0; window.boxes = boxes; "
+        "return window.still > 9; }",
+        polling="raf",
+    )
+
+
 @pytest.mark.parametrize(("width", "height"), [(640, 360), (1280, 720)])
 @pytest.mark.parametrize("agents", [["snake"], ["snake", "horizon"], ["snake", "horizon", "clairvoyant"]], ids=len)
 @pytest.mark.parametrize(("length_m", "width_m"), [(100, 40), (12, 60)])
 def test_agents_stand_side_by_side_and_nothing_is_covered(page, tmp_path, length_m, width_m, agents, width, height):
-    Path(tmp_path, "pasture.toml").write_text(f"[pasture]\nlength_m = {length_m}\nwidth_m = {width_m}\n")
-    path = tmp_path / "race.html"
-    assert main(["replay", *agents, "--scenario", str(tmp_path / "pasture.toml"), "--out", str(path)]) == 0
-    page.set_viewport_size({"width": width, "height": height})
-    page.goto(path.as_uri())
-    page.wait_for_function("() => document.querySelector('canvas.scene').width > 0")
-    scrub(page, 0.5)
+    open_race(page, tmp_path, agents, (length_m, width_m), (width, height))
     scenes, panels, (controls,), (legend,) = (
         [part.bounding_box() for part in page.locator(name).all()]
         for name in ("canvas.scene", ".panel", ".controls", ".legend")
@@ -212,14 +224,8 @@ def test_agents_stand_side_by_side_and_nothing_is_covered(page, tmp_path, length
 
 @pytest.mark.parametrize(("width", "height", "rows"), [(700, 500, 2), (1280, 720, 1)])
 def test_many_agents_with_long_names_stand_in_rows_and_none_covers_another(page, tmp_path, width, height, rows):
-    Path(tmp_path, "pasture.toml").write_text("[pasture]\nlength_m = 10\nwidth_m = 100\n")
     agents = ["bcp", "bcp:spacing=sensor", "snake", "jump", "r-snake", "react", "horizon:iterations=300", "clairvoyant"]
-    path = tmp_path / "race.html"
-    assert main(["replay", *agents, "--scenario", str(tmp_path / "pasture.toml"), "--out", str(path)]) == 0
-    page.set_viewport_size({"width": width, "height": height})
-    page.goto(path.as_uri())
-    page.wait_for_function("() => document.querySelector('canvas.scene').width > 0")
-    scrub(page, 0.5)
+    open_race(page, tmp_path, agents, (10, 100), (width, height))
     scenes, words = (
         [part.bounding_box() for part in page.locator(name).all()] for name in ("canvas.scene", ".status span")
     )
