@@ -5,13 +5,14 @@
 //! arrives again is not carried out again but answered again. Times are milliseconds since the server started.
 
 mod answers;
+mod job;
+mod options;
 mod session;
 #[cfg(test)]
 mod tests;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
-use std::sync::Arc;
 
 use bytes::Bytes;
 
@@ -23,9 +24,11 @@ use crate::codec;
 use crate::fault::{Fault, Loss};
 use crate::header::{Header, Kind, MAJOR, MINOR, Verb};
 use crate::message::{
-    CloseReply, EnvInfo, Limits, Open, Reset, Restore, SessionStats, Snapshot, SpecReply,
-    StatsReply, Step,
+    CloseReply, Open, Reset, Restore, SessionStats, Snapshot, SpecReply, StatsReply, Step,
 };
+
+pub use self::job::{Finished, Job, JobId};
+pub use self::options::ServerOptions;
 
 /// How long it is remembered that a session has ended, milliseconds.
 pub const TOMBSTONE_MS: u64 = 120_000;
@@ -35,29 +38,6 @@ const BUSY_MS: u64 = 10;
 /// A query of the transport: what a reply is sent to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct QueryId(pub u64);
-
-/// A job for a worker.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct JobId(pub u64);
-
-/// What a server is.
-#[derive(Debug, Clone)]
-pub struct ServerOptions {
-    /// Its name, part of its keys.
-    pub server: String,
-    /// Its version of swath.
-    pub build: String,
-    /// Drawn when it started.
-    pub boot_id: u128,
-    /// How much it takes on.
-    pub limits: Limits,
-    /// Whether clients may have the state as bytes, in which weeds stand that nobody has seen.
-    pub allow_snapshot: bool,
-    /// What it simulates.
-    pub envs: Vec<EnvInfo>,
-    /// Most bytes of the replies that are kept for all sessions together.
-    pub max_cached_bytes: u64,
-}
 
 /// What the server has to do next.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -82,35 +62,6 @@ pub enum ServerOutput {
         /// Why, in words for logs.
         why: &'static str,
     },
-}
-
-/// A request for the environments of a session.
-///
-/// For `open`, they are built and kept under `sid`, and the reply has the job's header. An open that ends in a fault leaves
-/// nothing behind.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Job {
-    /// Its number.
-    pub id: JobId,
-    /// The session.
-    pub sid: u128,
-    /// The name of the session's lease.
-    pub lid: u128,
-    /// What is asked, with the numbers that the reply has to bear.
-    pub header: Header,
-    /// All bytes of the request.
-    pub message: Arc<[u8]>,
-}
-
-/// What a job brought.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Finished {
-    /// All bytes of the reply.
-    pub message: Vec<u8>,
-    /// Environment steps of the session so far.
-    pub steps: u64,
-    /// Of an open: the longest reply that the session can have, bytes.
-    pub max_reply: u32,
 }
 
 /// All sessions of a server.

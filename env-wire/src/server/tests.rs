@@ -1,7 +1,7 @@
 //! What the server's end of sessions promises.
 
 use super::*;
-use crate::message::{AutoresetMode, Seeds};
+use crate::message::{AutoresetMode, Limits, Seeds};
 
 const BOOT: u128 = 77;
 
