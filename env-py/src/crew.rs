@@ -84,15 +84,22 @@ impl Crew {
 }
 
 /// Environments in this process or elsewhere.
-#[derive(FromPyObject)]
 enum AnyBatch<'py> {
-    #[pyo3(transparent)]
     Here(PyRef<'py, Batch>),
-    #[pyo3(transparent)]
     Elsewhere(PyRef<'py, RemoteBatch>),
-    Held {
-        native: PyRef<'py, RemoteBatch>,
-    },
+}
+
+impl<'py> FromPyObject<'_, 'py> for AnyBatch<'py> {
+    type Error = PyErr;
+
+    /// By hand, since a derived one tells a Ctrl-C that reaches `native`, a property, as a wrong type.
+    fn extract(batch: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(here) = batch.cast::<Batch>() {
+            return Ok(Self::Here(here.try_borrow()?));
+        }
+        let held = batch.getattr_opt("native")?.unwrap_or_else(|| batch.to_owned());
+        Ok(Self::Elsewhere(held.cast_into::<RemoteBatch>()?.try_borrow()?))
+    }
 }
 
 impl AnyBatch<'_> {
@@ -100,9 +107,7 @@ impl AnyBatch<'_> {
     fn views(&self) -> Result<Vec<View<'_>>, ConfigError> {
         Ok(match self {
             Self::Here(batch) => batch.rows().iter().map(Env::view).collect(),
-            Self::Elsewhere(batch) | Self::Held { native: batch } => {
-                batch.mirrors()?.iter().map(Mirror::view).collect()
-            }
+            Self::Elsewhere(batch) => batch.mirrors()?.iter().map(Mirror::view).collect(),
         })
     }
 
@@ -110,7 +115,7 @@ impl AnyBatch<'_> {
     fn decoder(&self) -> ActionDecoder {
         let env = match self {
             Self::Here(batch) => &batch.rows()[0],
-            Self::Elsewhere(batch) | Self::Held { native: batch } => batch.template(),
+            Self::Elsewhere(batch) => batch.template(),
         };
         *env.decoder()
     }

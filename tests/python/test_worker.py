@@ -279,6 +279,19 @@ def test_ctrl_c_says_how_to_go_on(server, tmp_path):
     assert not (out / "episodes.csv").exists()
 
 
+def test_ctrl_c_stays_ctrl_c_where_a_crew_looks_into_a_batch():
+    class Held:
+        @property
+        def native(self):
+            raise KeyboardInterrupt
+
+    driver = ScriptedDriver(_native.AgentSpec("snake"))
+    with pytest.raises(KeyboardInterrupt):
+        driver.act(Held(), None, None, np.zeros(0, dtype=bool))
+    with pytest.raises(TypeError, match="RemoteBatch"):
+        driver.act(7, None, None, np.zeros(0, dtype=bool))
+
+
 def test_a_worker_that_has_nothing_left_to_do_needs_no_server(whole, capsys):
     before = (whole / "episodes.csv").read_bytes()
     command = ["worker", "--connect", f"tcp/127.0.0.1:{free_port()}", "--policy", "snake", "--json"]
