@@ -10,7 +10,9 @@ use swath_agents::runner::run_summary;
 use swath_benchmarks::{SEED, begun, circle, on_known_ground, scenario, snake_lap};
 use swath_core::action::{Action, ActionSpec};
 use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchOptions, StepMut};
-use swath_core::env::Env;
+use swath_core::env::{Beginning, Env};
+use swath_core::episode::End;
+use swath_core::rng::{agent_rng, uniform};
 
 /// What is counted, and how many times it is done.
 type Work = (usize, Box<dyn FnMut()>);
@@ -35,6 +37,7 @@ fn programs() -> Vec<(String, &'static str, Prepare)> {
         let toml = format!("weeds.count = 160\nobservation.kind = '{kind}'");
         add(&format!("lap/{kind}"), "step", Box::new(move || lap(&toml)));
     }
+    add("wander/features", "step", Box::new(|| wander("weeds.count = 160")));
     add("batch/64", "step of 64", Box::new(|| batch("weeds.count = 160", 64)));
     add("choice/target", "step", Box::new(|| last_choice("action.kind = 'target'", 50)));
     add("choice/discrete", "step", Box::new(|| last_choice("action.kind = 'discrete'", 200)));
@@ -70,6 +73,21 @@ fn lap(toml: &str) -> Work {
         env.step(Action::Continuous(&action), observation.as_mut()).expect("the episode runs");
     };
     (lap.len(), Box::new(step))
+}
+
+/// Steps of an untrained policy, which turns at random, from reset to reset: much is seen for the first time.
+fn wander(toml: &str) -> Work {
+    let (mut env, mut observation) = begun(toml);
+    let mut rng = agent_rng(SEED);
+    let step = move || {
+        #[expect(clippy::cast_possible_truncation, reason = "actions are float32")]
+        let action = [2.0 * uniform(&mut rng) as f32 - 1.0];
+        let step = env.step(Action::Continuous(&action), observation.as_mut());
+        if step.expect("the episode runs").end != End::Running {
+            env.reset_next(Beginning::default());
+        }
+    };
+    (2000, Box::new(step))
 }
 
 /// Steps of a batch, in which every row drives the lap of the first.

@@ -174,6 +174,8 @@ impl NearestWeeds {
         for (place, (rank, weed)) in ranks.iter_mut().zip(listed.iter()).enumerate() {
             *rank = Ranked::new(distance_m2(weed), place);
         }
+        // As slices: who asks them for a place need not find out each time where they lie.
+        let (listed, ranks, others) = (&mut listed[..], &mut ranks[..], &mut others[..]);
         ranked::sort(ranks, |one, other| by_weeds(listed, one, other));
         let Some(&(mut last)) = ranks.last() else { return f64::INFINITY };
         if others.is_empty() {
