@@ -13,7 +13,7 @@ BAND = 0.05
 FLATNESS = 1.15
 """Steps over known ground are to cost at most this many times those of the cheapest pasture."""
 
-FLATNESS_GATE = 1.35
+FLATNESS_GATE = 1.3
 """What they may cost until that is reached."""
 
 KNOWN_GROUND = "known/"
