@@ -3,6 +3,7 @@
 use std::sync::Mutex;
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use swath_agents::agent::{Agent as Planner, Decision};
 use swath_core::action::{ActionDecoder, ActionSpec};
@@ -98,7 +99,10 @@ impl<'py> FromPyObject<'_, 'py> for AnyBatch<'py> {
             return Ok(Self::Here(here.try_borrow()?));
         }
         let held = batch.getattr_opt("native")?.unwrap_or_else(|| batch.to_owned());
-        Ok(Self::Elsewhere(held.cast_into::<RemoteBatch>()?.try_borrow()?))
+        let Ok(elsewhere) = held.cast_into::<RemoteBatch>() else {
+            return Err(PyTypeError::new_err("`batch` must be a `Batch` or a `RemoteBatch`"));
+        };
+        Ok(Self::Elsewhere(elsewhere.try_borrow()?))
     }
 }
 

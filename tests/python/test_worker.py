@@ -288,7 +288,7 @@ def test_ctrl_c_stays_ctrl_c_where_a_crew_looks_into_a_batch():
     driver = ScriptedDriver(_native.AgentSpec("snake"))
     with pytest.raises(KeyboardInterrupt):
         driver.act(Held(), None, None, np.zeros(0, dtype=bool))
-    with pytest.raises(TypeError, match="RemoteBatch"):
+    with pytest.raises(TypeError, match="must be a `Batch` or a `RemoteBatch`"):
         driver.act(7, None, None, np.zeros(0, dtype=bool))
 
 

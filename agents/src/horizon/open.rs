@@ -337,8 +337,8 @@ impl OpenGround {
     }
 }
 
-/// So many rows are worked out together.
-const ROWS: usize = 8;
+/// Rows of a block, which are worked out together.
+const BLOCK: usize = 8;
 
 /// How the pasture is cut.
 struct Shape {
@@ -351,7 +351,11 @@ impl Shape {
     /// Calls `visit` with a row, its first column and the end of its columns, for the cells whose centre lies within borders,
     /// or all of which do; the ground within lies so far above the spot at least and at most.
     #[inline]
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "casts saturate")]
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        reason = "casts from floats saturate, and what is left is not below 0"
+    )]
     fn for_each_row<const BORDERS: usize>(
         &self,
         from: &Spot,
@@ -371,15 +375,15 @@ impl Shape {
         let first_row = ((from.y_m + low_m) / cell_y_m).max(0.0) as usize;
         let end_row = (((from.y_m + high_m) / cell_y_m + 1.0).max(0.0) as usize).min(self.rows);
         let slopes = borders.map(|(_, x, _)| if x.abs() < 1e-6 { 0.0 } else { 1.0 / x });
-        // A few rows at a time, as many as a processor works out at once.
-        for first_row in (first_row..end_row).step_by(ROWS) {
-            let dy_m: [f32; ROWS] =
-                std::array::from_fn(|i| ((first_row + i) as f32 + 0.5) * cell_y_m - from.y_m);
-            let mut low_m = [-from.x_m; ROWS];
-            let mut high_m = [self.columns as f32 * cell_x_m - from.x_m; ROWS];
+        // In blocks, whose rows the compiler takes several at once.
+        for block in (first_row..end_row).step_by(BLOCK) {
+            let dy_m: [f32; BLOCK] =
+                std::array::from_fn(|i| ((block + i) as f32 + 0.5) * cell_y_m - from.y_m);
+            let mut low_m = [-from.x_m; BLOCK];
+            let mut high_m = [self.columns as f32 * cell_x_m - from.x_m; BLOCK];
             for (&(at, _, y), &slope) in borders.iter().zip(&slopes) {
-                let here: [f32; ROWS] = dy_m.map(|dy_m| at + y * dy_m);
-                for i in 0..ROWS {
+                let here: [f32; BLOCK] = dy_m.map(|dy_m| at + y * dy_m);
+                for i in 0..BLOCK {
                     let border_m = -here[i] * slope;
                     if slope > 0.0 {
                         low_m[i] = if border_m > low_m[i] { border_m } else { low_m[i] };
@@ -391,12 +395,15 @@ impl Shape {
                 }
             }
             let column =
-                |at_m: [f32; ROWS]| at_m.map(|at_m| ((at_m + from.x_m) / cell_x_m + 0.5) as i32);
+                |at_m: [f32; BLOCK]| at_m.map(|at_m| ((at_m + from.x_m) / cell_x_m + 0.5) as i32);
             let (first, end) = (column(low_m), column(high_m));
-            for (i, row) in (first_row..end_row).enumerate().take(ROWS) {
-                let (first, end) = (first[i] as usize, (end[i] as usize).min(self.columns));
-                if low_m[i] <= high_m[i] && first < end {
-                    visit(row, first, end);
+            for (i, row) in (block..end_row).enumerate().take(BLOCK) {
+                // Where low is not above high, neither column is below 0.
+                if low_m[i] <= high_m[i] {
+                    let (first, end) = (first[i] as usize, (end[i] as usize).min(self.columns));
+                    if first < end {
+                        visit(row, first, end);
+                    }
                 }
             }
         }
@@ -408,9 +415,78 @@ mod tests {
     use std::sync::Arc;
 
     use swath_core::config::Document;
+    use swath_core::geometry::Pose;
     use swath_core::grid::Grid;
+    use swath_core::rng::{agent_rng, uniform};
 
     use super::*;
+
+    /// The cells within borders, each asked by itself; those that rounding may decide are left open.
+    fn cells_within(
+        shape: &Shape,
+        from: &Spot,
+        borders: &[Border],
+        is_whole: bool,
+    ) -> Vec<Option<bool>> {
+        let (cell_x_m, cell_y_m) = shape.cell_m;
+        let is_inside = |cell: usize| {
+            let (column, row) = (cell % shape.columns, cell / shape.columns);
+            let mut least_m = f32::INFINITY;
+            let corners = [(0.0, 0.0), (0.0, 1.0), (1.0, 0.0), (1.0, 1.0)];
+            for (x, y) in if is_whole { &corners[..] } else { &[(0.5, 0.5)] } {
+                let dx_m = (column as f32 + x) * cell_x_m - from.x_m;
+                let dy_m = (row as f32 + y) * cell_y_m - from.y_m;
+                let (ahead_m, left_m) =
+                    (from.cos * dx_m + from.sin * dy_m, from.cos * dy_m - from.sin * dx_m);
+                for border in borders {
+                    let inside_m = border.at_m + border.ahead * ahead_m + border.left * left_m;
+                    least_m = least_m.min(inside_m);
+                }
+            }
+            (least_m.abs() > 1e-3).then_some(least_m > 0.0)
+        };
+        (0..shape.columns * shape.rows).map(is_inside).collect()
+    }
+
+    fn assert_cells<const BORDERS: usize>(
+        shape: &Shape,
+        from: &Spot,
+        borders: &[Border; BORDERS],
+        heights_m: (f32, f32),
+        is_whole: bool,
+    ) {
+        let mut found = vec![false; shape.columns * shape.rows];
+        shape.for_each_row(from, borders, heights_m, is_whole, &mut |row, first, end| {
+            found[row * shape.columns + first..row * shape.columns + end].fill(true);
+        });
+        let expected = cells_within(shape, from, borders, is_whole);
+        for (cell, (found, expected)) in found.into_iter().zip(expected).enumerate() {
+            assert!(expected.is_none_or(|is| is == found), "cell {cell} from {from:?}");
+        }
+    }
+
+    #[test]
+    fn the_rows_of_some_ground_hold_the_cells_within_its_borders_and_no_others() {
+        let mut rng = agent_rng(4);
+        let mut anywhere = |size_m: f64| 1.4 * size_m * uniform(&mut rng) - 0.2 * size_m;
+        for (length_m, width_m) in [(40.0, 24.0), (33.3, 17.7), (30.0, 0.4), (2.0, 25.0)] {
+            let size = format!("pasture.length_m = {length_m}\npasture.width_m = {width_m}");
+            let mut document = Document::open("pasture").unwrap();
+            document.overlay((size + "\nmower.deck_width_m = 0.3").parse().unwrap());
+            let ground = OpenGround::new(&Site::new(&document.scenario().unwrap()));
+            let shape = ground.shape();
+            for turn in 0..200 {
+                let heading_rad = f64::from(turn) * std::f64::consts::PI / 20.0;
+                let at = Pose::new(anywhere(length_m), anywhere(width_m), heading_rad);
+                let (from, straight_m) = (Spot::from(at), if turn % 2 == 0 { 0.0 } else { 7.0 });
+                let (seen, bar) = (ground.seen_on_straight(straight_m), ground.bar(1.0));
+                let (sight_m, under_m) =
+                    (ground.sight_m(&from, straight_m), ground.under_m(&from, 0.0));
+                assert_cells(&shape, &from, &seen, sight_m, true);
+                assert_cells(&shape, &from, &bar, under_m, false);
+            }
+        }
+    }
 
     #[test]
     fn ground_that_was_not_seen_after_all_is_open_again_and_nothing_else() {
