@@ -3,8 +3,6 @@
 use wide::f64x2;
 
 use super::{Arc, Footprint, Frame, Point, Side};
-use crate::math::{larger, smaller};
-
 /// How far outside the bar a point still counts as mowed, metres.
 ///
 /// A planner puts the bar's end exactly on a weed (equation 1 of Maini, Gonultas & Isler, 2022), so the test has to include it.
@@ -22,7 +20,6 @@ pub struct BarSweep {
     sweeps_backwards: bool,
     x_range: (f64, f64),
     y_range: (f64, f64),
-    bulge_m: f64,
 }
 
 impl BarSweep {
@@ -96,7 +93,6 @@ impl BarSweep {
             sweeps_backwards,
             x_range,
             y_range,
-            bulge_m,
         }
     }
 
@@ -132,9 +128,30 @@ impl BarSweep {
         }
         1.0 + rho <= k.abs() * reach_m
     }
+
+    /// Whether ground that the bar passes over may be within a distance of a point: seen more quickly than what lies there.
+    #[must_use]
+    #[inline]
+    pub(crate) fn may_be_within(&self, within_m: f64, point: Point) -> bool {
+        let k = self.curvature_per_m;
+        let reach_m = self.half_width_m + self.border_m + within_m;
+        if k.abs() * reach_m >= 1.0 {
+            return true;
+        }
+        let (ahead, left) = self.start.offsets_to(point);
+        let (past_end, _) = self.end.offsets_to(point);
+        let within_m = self.border_m + within_m;
+        if ahead < -within_m || past_end > within_m {
+            return false;
+        }
+        let (from_centre_x, from_centre_y) = (k * ahead, 1.0 - k * left);
+        let rho = (from_centre_x * from_centre_x + from_centre_y * from_centre_y).sqrt();
+        let twice_offset_m = 2.0 * left - k * (ahead * ahead + left * left);
+        twice_offset_m.abs() <= reach_m * (1.0 + rho)
+    }
 }
 
-impl Footprint<4> for BarSweep {
+impl Footprint<0> for BarSweep {
     #[inline]
     fn x_range(&self) -> (f64, f64) {
         self.x_range
@@ -145,26 +162,10 @@ impl Footprint<4> for BarSweep {
         self.y_range
     }
 
-    /// The box around both bars that lies along their mean heading, as much larger as the arc bulges.
+    /// None: its box is small.
     #[inline]
-    fn sides(&self) -> [Side; 4] {
-        let Self { start, end, half_width_m, .. } = *self;
-        // Not of length 1, but of at most 2.
-        let (ahead_x, ahead_y) = (start.cos + end.cos, start.sin + end.sin);
-        let margin = 2.0 * self.bulge_m;
-        // The front or left side, and the one across from it.
-        let sides = |gx: f64, gy: f64| {
-            let along = |at: Frame| gx * at.pose.x_m + gy * at.pose.y_m;
-            let half = |at: Frame| (half_width_m * (gy * at.cos - gx * at.sin)).abs();
-            let (at_start, at_end) = (along(start), along(end));
-            let (half_start, half_end) = (half(start), half(end));
-            let low = smaller(at_start - half_start, at_end - half_end) - margin;
-            let high = larger(at_start + half_start, at_end + half_end) + margin;
-            let side = |gx: f64, gy: f64, level: f64| Side { gradient: (gx, gy), level };
-            (side(gx, gy, high), side(-gx, -gy, -low))
-        };
-        let ((front, back), (left, right)) = (sides(ahead_x, ahead_y), sides(-ahead_y, ahead_x));
-        [front, back, left, right]
+    fn sides(&self) -> [Side; 0] {
+        []
     }
 }
 
@@ -205,5 +206,32 @@ mod tests {
         assert!(tight.contains(Point::new(-0.05, 0.8)));
         assert!(!tight.contains(Point::new(0.05, 0.8)));
         assert!(!tight.contains(Point::new(-0.4, 0.6)));
+    }
+
+    #[test]
+    fn no_point_near_ground_under_the_bar_is_said_to_be_far_from_it() {
+        let mut met = 0;
+        for turn in 0..60_u8 {
+            let curvature_per_m = f64::from(turn % 12) * 0.3 - 1.6;
+            let swept = sweep(curvature_per_m, 0.1 + 0.03 * f64::from(turn % 20), 2.0);
+            for i in -30..30 {
+                for j in -30..30 {
+                    let at = Point::new(0.07 * f64::from(i), 0.07 * f64::from(j));
+                    if !swept.contains(at) {
+                        continue;
+                    }
+                    met += 1;
+                    for (x, y) in [(1.0, 0.0), (-0.6, 0.8), (0.0, -1.0), (0.8, 0.6)] {
+                        let near = Point::new(at.x + 0.18 * x, at.y + 0.18 * y);
+                        assert!(swept.may_be_within(0.18, near), "{near} is near {at}");
+                    }
+                }
+            }
+        }
+        assert!(met > 5000, "{met} points are under the bar");
+        let straight = sweep(0.0, 0.2, 2.0);
+        for far in [(0.1, 1.3), (0.1, -1.3), (-0.3, 0.0), (0.5, 0.0)] {
+            assert!(!straight.may_be_within(0.18, Point::new(far.0, far.1)), "{far:?}");
+        }
     }
 }

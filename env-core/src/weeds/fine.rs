@@ -1,14 +1,16 @@
 //! Where weeds stand, more finely than by cells.
 
+use std::ops::Range;
+
 use crate::geometry::{Footprint, Point};
 use crate::grid::{EVERY_ROW, Grid, TILE};
-use crate::math::{floor_index, floor_indices};
+use crate::math::{floor_index, floor_indices, number};
 
 /// Fine cells along either side of a cell, as a power of two; fewer where a pasture would have more of them than that.
 const FINEST: u32 = 2;
 const MOST: usize = 1 << 18;
 /// Slack that keeps the ranges on the safe side of rounding, metres.
-const SLACK_M: f64 = 1e-6;
+pub(super) const SLACK_M: f64 = 1e-6;
 
 /// A set of fine cells, of which each cell has the same number along x and y, and 8 by 8 of them make a tile.
 ///
@@ -19,6 +21,9 @@ pub(super) struct FineCells {
     /// For x and y: how many there are in a metre, and the last one.
     per_m: [f64; 2],
     last: [usize; 2],
+    /// Their size along x and y, and the way from the middle to a corner, metres.
+    size_m: [f64; 2],
+    to_corner_m: f64,
     tile_columns: usize,
     /// A word a tile, tiles row by row, and within a tile the fine cells row by row, lowest bit first.
     words: Vec<u64>,
@@ -31,6 +36,10 @@ pub(super) struct FineCell {
     pub(super) bit: u8,
 }
 
+/// The first and the last column and row of some fine cells.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FineBox([[usize; 2]; 2]);
+
 impl FineCells {
     /// No fine cell of `grid`.
     pub(super) fn empty(grid: &Grid) -> Self {
@@ -41,10 +50,14 @@ impl FineCells {
         let per_m = grid.in_cells(fine, fine);
         let counts = [grid.columns() << power, grid.rows() << power];
         let [tile_columns, tile_rows] = counts.map(|count| count.div_ceil(TILE));
+        let cell_m = grid.cell_m();
+        let size_m = [cell_m.0 / fine, cell_m.1 / fine];
         Self {
             power,
             per_m: [per_m.0, per_m.1],
             last: counts.map(|count| count - 1),
+            size_m,
+            to_corner_m: 0.5 * size_m[0].hypot(size_m[1]) + SLACK_M,
             tile_columns,
             words: vec![0; tile_columns * tile_rows],
         }
@@ -74,17 +87,30 @@ impl FineCells {
         self.words[cell.tile] &= !(1 << cell.bit);
     }
 
-    /// Calls `visit` with each fine cell of the set in the box around a footprint: the column and row of the cell that it
-    /// belongs to, and its own bit.
+    /// Those that a footprint may touch.
+    #[inline]
+    pub(super) fn around(&self, footprint: &impl Footprint<0>) -> FineBox {
+        FineBox([self.range(0, footprint.x_range()), self.range(1, footprint.y_range())])
+    }
+
+    /// The columns and rows of the cells that some fine cells belong to.
+    #[inline]
+    pub(super) fn cells_of(&self, FineBox(ranges): FineBox) -> (Range<usize>, Range<usize>) {
+        let [columns, rows] =
+            ranges.map(|[first, last]| first >> self.power..(last >> self.power) + 1);
+        (columns, rows)
+    }
+
+    /// Calls `visit` with each fine cell of the set in a box where `may_be_met`, asked for the distance from a point that
+    /// all of it lies within, says so: the column and row of the cell that it belongs to, and its own bit.
     #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "a word has 64 bits")]
-    pub(super) fn for_each_within<const SIDES: usize>(
+    pub(super) fn for_each_within(
         &self,
-        footprint: &impl Footprint<SIDES>,
+        FineBox([[first_column, last_column], [first_row, last_row]]): FineBox,
+        may_be_met: impl Fn(f64, Point) -> bool,
         mut visit: impl FnMut((usize, usize), u8),
     ) {
-        let [first_column, last_column] = self.range(0, footprint.x_range());
-        let [first_row, last_row] = self.range(1, footprint.y_range());
         let (left, right) = (first_column / TILE, last_column / TILE);
         let (bottom, top) = (first_row / TILE, last_row / TILE);
         let in_left = ((0xff << (first_column % TILE)) & 0xff) * EVERY_ROW;
@@ -108,7 +134,12 @@ impl FineCells {
                     bits &= bits - 1;
                     let (column, row) = (usize::from(bit) % TILE, usize::from(bit) / TILE);
                     let (column, row) = (tile_column * TILE + column, tile_row * TILE + row);
-                    visit((column >> self.power, row >> self.power), bit);
+                    let [x_m, y_m] = self.size_m;
+                    let middle =
+                        Point::new((number(column) + 0.5) * x_m, (number(row) + 0.5) * y_m);
+                    if may_be_met(self.to_corner_m, middle) {
+                        visit((column >> self.power, row >> self.power), bit);
+                    }
                 }
                 within = in_rows;
             }
@@ -116,11 +147,11 @@ impl FineCells {
         }
     }
 
-    /// The first and the last fine cell that a range along x or y may reach.
+    /// The first and the last fine cell that a range along x or y may reach, if there is one: it does not end below 0.
     #[inline]
     fn range(&self, axis: usize, (low_m, high_m): (f64, f64)) -> [usize; 2] {
         let (per_m, last) = (self.per_m[axis], self.last[axis]);
         let [first, end] = floor_indices([(low_m - SLACK_M) * per_m, (high_m + SLACK_M) * per_m]);
-        [first.min(last), end.min(last)]
+        [first, end.min(last)]
     }
 }

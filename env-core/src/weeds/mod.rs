@@ -7,10 +7,11 @@ mod placement;
 
 use std::sync::Arc;
 
-use crate::geometry::{BarSweep, Footprint, Point, Side};
+use crate::geometry::{BarSweep, Footprint, Point};
 use crate::grid::{Cell, CellSet, Grid};
 use crate::ground::SeenGround;
-use fine::FineCells;
+use crate::math::smaller;
+use fine::{FineCells, SLACK_M};
 use index::{CellIndex, State};
 
 pub use ahead::Ahead;
@@ -103,11 +104,14 @@ impl Weeds {
     pub fn find_standing(&self, sweep: &BarSweep, ground: &SeenGround, ahead: &mut Ahead<()>) {
         let grid = &self.grid;
         ahead.clear();
+        if smaller(sweep.x_range().1, sweep.y_range().1) < -SLACK_M {
+            return;
+        }
         let mut has_weeds = false;
         let (unseen, standing) = (ground.unseen().words(), self.unmowed_cells.words());
         let words = |tile: usize| (unseen[tile], standing[tile]);
-        let bounds = Bounds { x_range: sweep.x_range(), y_range: sweep.y_range() };
-        grid.for_each_touched(&bounds, words, |tile, unseen, weeds, _| {
+        let near = self.unmowed_fine.around(sweep);
+        grid.for_each_in_box(self.unmowed_fine.cells_of(near), words, |tile, unseen, weeds| {
             has_weeds |= weeds != 0;
             tile.for_each(unseen, |cell| {
                 let is_met = sweep.contains(grid.centre(cell.column, cell.row));
@@ -115,7 +119,8 @@ impl Weeds {
             });
         });
         if has_weeds {
-            self.unmowed_fine.for_each_within(sweep, |cell, fine_bit| {
+            let may_be_met = |within_m, middle| sweep.may_be_within(within_m, middle);
+            self.unmowed_fine.for_each_within(near, may_be_met, |cell, fine_bit| {
                 self.find_in_fine(cell, fine_bit, sweep, &mut ahead.weeds);
             });
             if ahead.weeds.len() > 1 {
@@ -249,28 +254,6 @@ impl Weeds {
     #[must_use]
     pub fn is_mowed(&self) -> &[bool] {
         &self.is_mowed
-    }
-}
-
-/// The box around a footprint.
-struct Bounds {
-    x_range: (f64, f64),
-    y_range: (f64, f64),
-}
-
-impl Footprint<0> for Bounds {
-    #[inline]
-    fn x_range(&self) -> (f64, f64) {
-        self.x_range
-    }
-
-    #[inline]
-    fn y_range(&self) -> (f64, f64) {
-        self.y_range
-    }
-
-    fn sides(&self) -> [Side; 0] {
-        []
     }
 }
 
