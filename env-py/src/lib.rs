@@ -74,6 +74,8 @@ mod _native {
     use crate::stats::{read_stats, stats_request};
     #[pymodule_export]
     use crate::training::{parse_toml, shipped_trainings};
+    #[pymodule_export]
+    use crate::waiting::give_way;
 
     /// Version of swath.
     #[pymodule_export]

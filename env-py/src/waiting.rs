@@ -29,6 +29,12 @@ pub(crate) fn receive<T: Send>(py: Python, receiver: &Mutex<Receiver<T>>) -> PyR
     }
 }
 
+/// Lets whoever else wants this core, or the interpreter, go first.
+#[pyfunction]
+pub(crate) fn give_way(py: Python) {
+    py.detach(std::thread::yield_now);
+}
+
 /// Joins a thread whose work is over.
 ///
 /// # Errors

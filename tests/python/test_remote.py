@@ -300,6 +300,34 @@ def test_a_server_that_was_killed_is_named_and_its_successor_is_not_taken_for_it
     far.close()
 
 
+@pytest.mark.parametrize("awake_s", [0.0, 60.0])
+def test_answers_are_the_same_whether_they_find_their_client_awake_or_asleep(server, monkeypatch, awake_s):
+    monkeypatch.setattr("swath.remote.link._AWAKE_S", awake_s)
+    monkeypatch.setattr("swath.remote.link._GIVEN_S", 60.0)
+    here = gym.make_vec(ENV_ID, num_envs=3, **SHORT)
+    far = swath.remote.make_vec(ENV_ID, 3, connect=[server.endpoint] * 2, **SHORT)
+    assert same(far.reset(seed=7)[0], here.reset(seed=7)[0])
+    rng = np.random.default_rng(2)
+    for _ in range(50):
+        actions = actions_for(here, rng)
+        assert all(map(same, here.step(actions), far.step(actions)))
+    far.close()
+
+
+def test_who_waits_for_a_silent_server_sleeps(own_server, monkeypatch):
+    monkeypatch.setattr("swath.remote.link._GIVEN_S", 60.0)
+    far = swath.remote.make_vec(ENV_ID, 2, connect=own_server.endpoint, attempt_s=0.5, deadline_s=2.0)
+    far.reset(seed=0)
+    own_server.process.send_signal(signal.SIGSTOP)
+    begin_s, begin_work_s = time.monotonic(), time.process_time()
+    with pytest.raises(swath.RemoteTimeout):
+        far.step(np.zeros((2, 1), np.float32))
+    work_s, waited_s = time.process_time() - begin_work_s, time.monotonic() - begin_s
+    own_server.process.send_signal(signal.SIGCONT)
+    assert work_s < 0.25 * waited_s, f"{work_s:.3f} s of work in {waited_s:.3f} s"
+    far.close()
+
+
 def test_a_call_that_was_interrupted_leaves_environments_that_can_be_reset(server, monkeypatch):
     far = swath.remote.make_vec(ENV_ID, 4, connect=[server.endpoint] * 2)
     here = gym.make_vec(ENV_ID, num_envs=4)
