@@ -399,6 +399,11 @@ impl RemoteBatch {
             ActionSpec::Continuous(bounds) => bounds.len(),
             ActionSpec::Discrete(_) => 1,
         };
+        // Where numbers are wanted, that is all they can have wrong, and it is seen at once.
+        let are_fine = match actions {
+            Actions::Continuous(numbers) => numbers.iter().all(|number| number.is_finite()),
+            Actions::Discrete(_) => false,
+        };
         // Refused here, so that no server has moved when another refuses.
         for (row, &state) in self.states.iter().enumerate() {
             let error = match state {
@@ -407,6 +412,7 @@ impl RemoteBatch {
                     Err(ActionError::EpisodeOver)
                 }
                 State::Ended => Ok(()),
+                State::Running if are_fine => Ok(()),
                 State::Running => decoder.decode(actions.row(row, width)).map(|_| ()),
             };
             error.map_err(|error| BatchError::Row { row, error })?;

@@ -100,6 +100,9 @@ class RemoteBatch:
         self._links: list[Link] = []
         # What was asked last of each server, if more answers may come.
         self._asked: dict[int, Answers] = {}
+        # What each server answered last: were it freed together with the arrays made of it, the system would take the
+        # memory back, and to get it anew at every step takes long.
+        self._last: dict[int, bytes] = {}
         self._finish: Callable[[], Any] = self._core.finish_open
         # Servers of which nothing has come since they were asked last.
         self._silent: set[int] = set()
@@ -306,7 +309,9 @@ class RemoteBatch:
         for message in answers if waits else answers.arrived():
             if message is None:
                 self._core.on_timeout(part, self._now_ms())
-            elif self._core.on_reply(part, self._now_ms(), message):
+                continue
+            self._last[part] = message
+            if self._core.on_reply(part, self._now_ms(), message):
                 self._silent.discard(part)
                 # The network says later that there is no other answer, and if there is one, the next call is told.
                 self._asked[part] = answers
