@@ -3,8 +3,9 @@
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::sync::mpsc::{Sender, SyncSender, channel};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, TryRecvError, channel};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use swath_wire::codec;
 use swath_wire::fault::Fault;
@@ -13,6 +14,9 @@ use swath_wire::hosted::Hosted;
 use swath_wire::message::Limits;
 use swath_wire::room::Room;
 use swath_wire::server::{Finished, Job, JobId};
+
+/// A worker stays awake for its next task as long as the last one took, but no longer than this.
+const LONGEST_WATCH: Duration = Duration::from_millis(2);
 
 /// Environments that rest, and the worker that stepped them last.
 #[derive(Debug)]
@@ -84,8 +88,11 @@ impl Workers {
             let (tasks, tasks_out) = channel();
             let (room, events) = (Arc::clone(room), events.clone());
             let work = move || {
-                for task in tasks_out {
+                let mut worked = Duration::ZERO;
+                while let Some(task) = next(&tasks_out, worked.min(LONGEST_WATCH)) {
+                    let start = Instant::now();
                     let done = carry_out(worker, task, &limits, &room);
+                    worked = start.elapsed();
                     if events.send(E::from(done)).is_err() {
                         return;
                     }
@@ -139,6 +146,21 @@ impl Workers {
             }
         }
     }
+}
+
+/// The next task, for which a worker stays awake for so long; `None` if there will be none any more.
+///
+/// A core that slept begins slowly, since it was another's meanwhile. Whoever else wants the core goes first.
+fn next(tasks: &Receiver<Task>, watch: Duration) -> Option<Task> {
+    let start = Instant::now();
+    while start.elapsed() < watch {
+        match tasks.try_recv() {
+            Ok(task) => return Some(task),
+            Err(TryRecvError::Empty) => std::thread::yield_now(),
+            Err(TryRecvError::Disconnected) => return None,
+        }
+    }
+    tasks.recv().ok()
 }
 
 /// Does one job.
@@ -200,7 +222,7 @@ fn open(
 
 #[cfg(test)]
 mod tests {
-    use std::sync::mpsc::{Receiver, sync_channel};
+    use std::sync::mpsc::sync_channel;
 
     use swath_wire::hosted::ENV_ID;
     use swath_wire::message::{AutoresetMode, Open};
@@ -282,6 +304,23 @@ mod tests {
             workers.is_free(done.worker);
         }
         workers.end();
+    }
+
+    #[test]
+    fn a_task_is_taken_awake_or_asleep_until_there_will_be_none() {
+        let (tasks, tasks_out) = channel();
+        for watch in [Duration::ZERO, Duration::from_secs(60)] {
+            let sender = tasks.clone();
+            let later = std::thread::spawn(move || {
+                std::thread::sleep(Duration::from_millis(20));
+                sender.send(task(3)).unwrap();
+            });
+            assert_eq!(next(&tasks_out, watch).unwrap().job.id, JobId(3));
+            later.join().unwrap();
+        }
+        drop(tasks);
+        assert!(next(&tasks_out, Duration::from_secs(60)).is_none());
+        assert!(next(&tasks_out, Duration::ZERO).is_none());
     }
 
     #[test]
