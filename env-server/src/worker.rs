@@ -3,9 +3,9 @@
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, SyncSender, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, SyncSender, channel};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use swath_wire::codec;
 use swath_wire::fault::Fault;
@@ -15,8 +15,9 @@ use swath_wire::message::Limits;
 use swath_wire::room::Room;
 use swath_wire::server::{Finished, Job, JobId};
 
-/// A worker stays awake for its next task as long as the last one took, but no longer than this.
-const LONGEST_WATCH: Duration = Duration::from_millis(2);
+/// After a task a worker takes so many naps of this length before it sleeps until it is woken.
+const NAPS: u32 = 40;
+const NAP: Duration = Duration::from_micros(50);
 
 /// Environments that rest, and the worker that stepped them last.
 #[derive(Debug)]
@@ -88,11 +89,8 @@ impl Workers {
             let (tasks, tasks_out) = channel();
             let (room, events) = (Arc::clone(room), events.clone());
             let work = move || {
-                let mut worked = Duration::ZERO;
-                while let Some(task) = next(&tasks_out, worked.min(LONGEST_WATCH)) {
-                    let start = Instant::now();
+                while let Some(task) = next(&tasks_out) {
                     let done = carry_out(worker, task, &limits, &room);
-                    worked = start.elapsed();
                     if events.send(E::from(done)).is_err() {
                         return;
                     }
@@ -148,16 +146,15 @@ impl Workers {
     }
 }
 
-/// The next task, for which a worker stays awake for so long; `None` if there will be none any more.
+/// The next task; `None` if there will be none any more.
 ///
-/// A core that slept begins slowly, since it was another's meanwhile. Whoever else wants the core goes first.
-fn next(tasks: &Receiver<Task>, watch: Duration) -> Option<Task> {
-    let start = Instant::now();
-    while start.elapsed() < watch {
-        match tasks.try_recv() {
+/// At first a worker sleeps lightly: a core that slept for long begins slowly, since it was another's meanwhile.
+fn next(tasks: &Receiver<Task>) -> Option<Task> {
+    for _ in 0..NAPS {
+        match tasks.recv_timeout(NAP) {
             Ok(task) => return Some(task),
-            Err(TryRecvError::Empty) => std::thread::yield_now(),
-            Err(TryRecvError::Disconnected) => return None,
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return None,
         }
     }
     tasks.recv().ok()
@@ -307,20 +304,19 @@ mod tests {
     }
 
     #[test]
-    fn a_task_is_taken_awake_or_asleep_until_there_will_be_none() {
+    fn a_task_is_taken_from_light_sleep_and_from_deep_until_there_will_be_none() {
         let (tasks, tasks_out) = channel();
-        for watch in [Duration::ZERO, Duration::from_secs(60)] {
+        for delay in [Duration::ZERO, 10 * NAP, 4 * NAPS * NAP] {
             let sender = tasks.clone();
             let later = std::thread::spawn(move || {
-                std::thread::sleep(Duration::from_millis(20));
+                std::thread::sleep(delay);
                 sender.send(task(3)).unwrap();
             });
-            assert_eq!(next(&tasks_out, watch).unwrap().job.id, JobId(3));
+            assert_eq!(next(&tasks_out).unwrap().job.id, JobId(3));
             later.join().unwrap();
         }
         drop(tasks);
-        assert!(next(&tasks_out, Duration::from_secs(60)).is_none());
-        assert!(next(&tasks_out, Duration::ZERO).is_none());
+        assert!(next(&tasks_out).is_none());
     }
 
     #[test]

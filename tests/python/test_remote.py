@@ -303,7 +303,6 @@ def test_a_server_that_was_killed_is_named_and_its_successor_is_not_taken_for_it
 @pytest.mark.parametrize("awake_s", [0.0, 60.0])
 def test_answers_are_the_same_whether_they_find_their_client_awake_or_asleep(server, monkeypatch, awake_s):
     monkeypatch.setattr("swath.remote.link._AWAKE_S", awake_s)
-    monkeypatch.setattr("swath.remote.link._GIVEN_S", 60.0)
     here = gym.make_vec(ENV_ID, num_envs=3, **SHORT)
     far = swath.remote.make_vec(ENV_ID, 3, connect=[server.endpoint] * 2, **SHORT)
     assert same(far.reset(seed=7)[0], here.reset(seed=7)[0])
@@ -314,8 +313,7 @@ def test_answers_are_the_same_whether_they_find_their_client_awake_or_asleep(ser
     far.close()
 
 
-def test_who_waits_for_a_silent_server_sleeps(own_server, monkeypatch):
-    monkeypatch.setattr("swath.remote.link._GIVEN_S", 60.0)
+def test_who_waits_for_a_silent_server_sleeps(own_server):
     far = swath.remote.make_vec(ENV_ID, 2, connect=own_server.endpoint, attempt_s=0.5, deadline_s=2.0)
     far.reset(seed=0)
     own_server.process.send_signal(signal.SIGSTOP)

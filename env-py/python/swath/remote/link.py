@@ -27,12 +27,9 @@ __all__ = ["Answers", "Link", "checked_endpoint"]
 _VERBS = ("spec", "open", "reset", "step", "snapshot", "restore", "close", "stats")
 _CONNECT_MS = 5000
 _LOOK_S = 1.0
-# How long an answer is waited for before its thread sleeps: most steps are answered by then. Who else wants the core or
-# the interpreter meanwhile goes first, and if they want it for longer than our own network does, it is theirs.
-_AWAKE_S = 0.01
-_GIVEN_S = 0.0005
-# Nobody else had the core where it comes back sooner.
-_TURN_S = 10e-6
+# An answer that came sooner was quick, and for so long the next one is waited for awake, giving way to whoever else
+# wants the core or the interpreter.
+_AWAKE_S = 0.003
 # What is left of a deadline is never no time at all.
 _SHORTEST_S = 0.001
 _NAME = re.compile(r"[a-z0-9-]{1,64}")
@@ -107,6 +104,8 @@ class Link:
             for verb in _VERBS
         }
         self._prefix = prefix
+        self.is_quick = True
+        """Whether the last answer was."""
         self._lease_name = ""
         self._lease: Any = None
         _open_links.add(self)
@@ -115,11 +114,11 @@ class Link:
         """Sends a message; its answers arrive meanwhile, for at most so many seconds, or the usual ones."""
         self._check_process()
         if timeout_s is None or timeout_s >= self._timeout_s:
-            return Answers(self._queriers[verb].get(payload=message))
+            return Answers(self, self._queriers[verb].get(payload=message))
         # A querier knows one time-out only, and the deadline is nearer.
         key = f"{self._prefix}/rpc/{verb}"
         timeout_s = max(timeout_s, _SHORTEST_S)
-        return Answers(self._session.get(key, payload=message, timeout=timeout_s, **self._how))
+        return Answers(self, self._session.get(key, payload=message, timeout=timeout_s, **self._how))
 
     def look(self) -> Callable[[], bool]:
         """Looks for a server; what it returns waits, and tells whether one of the name shows that it is alive."""
@@ -152,8 +151,9 @@ class Link:
 class Answers:
     """What a question brings in: at most one answer from each server of that name."""
 
-    def __init__(self, replies: zenoh.Handler[zenoh.Reply]) -> None:
+    def __init__(self, link: Link, replies: zenoh.Handler[zenoh.Reply]) -> None:
         """Waits for nothing yet."""
+        self._link = link
         self._replies = replies
         self.is_silent = True
         """Whether nothing has come yet, not even an error."""
@@ -163,17 +163,21 @@ class Answers:
     def __iter__(self) -> Iterator[bytes | None]:
         """Waits for each message and yields it, and None for an error of the network such as a time-out.
 
-        At first it waits awake: a core that slept begins slowly, since it was another's meanwhile.
+        Where the last answer was quick, it waits awake at first: a core that slept begins slowly, since it was
+        another's meanwhile.
         """
-        now_s = time.monotonic()
-        sleep_s, given_s = now_s + _AWAKE_S, 0.0
-        while now_s < sleep_s and given_s < _GIVEN_S and not self.is_over:
-            yield from self.arrived()
-            begin_s = time.monotonic()
+        begin_s = time.monotonic()
+        while self._link.is_quick and not self.is_over and time.monotonic() - begin_s < _AWAKE_S:
+            yield from self._noted(self.arrived(), begin_s)
             _native.give_way()
-            now_s = time.monotonic()
-            if now_s - begin_s > _TURN_S:
-                given_s += now_s - begin_s
+        yield from self._noted(self._later(), begin_s)
+
+    def _noted(self, messages: Iterator[bytes | None], begin_s: float) -> Iterator[bytes | None]:
+        for message in messages:
+            self._link.is_quick = time.monotonic() - begin_s < _AWAKE_S
+            yield message
+
+    def _later(self) -> Iterator[bytes | None]:
         for reply in self._replies:
             self.is_silent = False
             yield reply.ok.payload.to_bytes() if reply.ok is not None else None
