@@ -22,6 +22,7 @@ For the peers an environment that simulates nothing returns the same 32 floats, 
 time of the way alone, while swath's holds its simulation. Each has client and server of its own, in Python, in an
 environment of its own: dm_env_rpc with `DmEnvAdaptor`, OpenEnv with its asynchronous WebSocket client.
 Zenoh alone is a `get` from Python with as many bytes as a step and its reply, answered by Python.
+swath's client waits awake where answers are quick, as it always does; the other clients sleep until they are woken.
 """
 
 

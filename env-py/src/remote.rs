@@ -399,8 +399,8 @@ impl RemoteBatch {
             ActionSpec::Continuous(bounds) => bounds.len(),
             ActionSpec::Discrete(_) => 1,
         };
-        // Where numbers are wanted, that is all they can have wrong, and it is seen at once.
-        let are_fine = match actions {
+        // Numbers are refused only where they are not finite, which is seen at once.
+        let are_finite = match actions {
             Actions::Continuous(numbers) => numbers.iter().all(|number| number.is_finite()),
             Actions::Discrete(_) => false,
         };
@@ -412,7 +412,10 @@ impl RemoteBatch {
                     Err(ActionError::EpisodeOver)
                 }
                 State::Ended => Ok(()),
-                State::Running if are_fine => Ok(()),
+                State::Running if are_finite => {
+                    debug_assert!(decoder.decode(actions.row(row, width)).is_ok(), "row {row}");
+                    Ok(())
+                }
                 State::Running => decoder.decode(actions.row(row, width)).map(|_| ()),
             };
             error.map_err(|error| BatchError::Row { row, error })?;

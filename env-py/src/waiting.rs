@@ -29,7 +29,7 @@ pub(crate) fn receive<T: Send>(py: Python, receiver: &Mutex<Receiver<T>>) -> PyR
     }
 }
 
-/// Lets whoever else wants this core, or the interpreter, go first.
+/// Offers this core, and the interpreter, to others.
 #[pyfunction]
 pub(crate) fn give_way(py: Python) {
     py.detach(std::thread::yield_now);

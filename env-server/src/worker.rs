@@ -15,7 +15,7 @@ use swath_wire::message::Limits;
 use swath_wire::room::Room;
 use swath_wire::server::{Finished, Job, JobId};
 
-/// After a task a worker takes so many naps of this length before it sleeps until it is woken.
+/// A worker without a task takes so many naps of at least this length before it sleeps until it is woken.
 const NAPS: u32 = 40;
 const NAP: Duration = Duration::from_micros(50);
 

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from types import SimpleNamespace
 
 import gymnasium as gym
 import numpy as np
@@ -18,6 +19,7 @@ from remote_server import SERVER, Server, same
 
 import swath
 from swath.registration import ENV_ID
+from swath.remote.link import Answers
 
 SHORT = {"episode": {"budget": 0.01}, "pasture": {"headland_m": 2.0}}
 
@@ -304,13 +306,52 @@ def test_a_server_that_was_killed_is_named_and_its_successor_is_not_taken_for_it
 def test_answers_are_the_same_whether_they_find_their_client_awake_or_asleep(server, monkeypatch, awake_s):
     monkeypatch.setattr("swath.remote.link._AWAKE_S", awake_s)
     here = gym.make_vec(ENV_ID, num_envs=3, **SHORT)
-    far = swath.remote.make_vec(ENV_ID, 3, connect=[server.endpoint] * 2, **SHORT)
+    # An answer that gets lost in the client is not asked for again.
+    far = swath.remote.make_vec(ENV_ID, 3, connect=[server.endpoint] * 2, attempt_s=60.0, **SHORT)
     assert same(far.reset(seed=7)[0], here.reset(seed=7)[0])
     rng = np.random.default_rng(2)
     for _ in range(50):
         actions = actions_for(here, rng)
         assert all(map(same, here.step(actions), far.step(actions)))
     far.close()
+
+
+def test_only_after_a_quick_answer_is_the_next_one_waited_for_awake(monkeypatch):
+    class Replies:
+        """Has nothing yet so many times that one looks, and is then worth a time of sleep."""
+
+        def __init__(self, looks, sleep_s=0.0):
+            self.looks, self.sleep_s = looks, sleep_s
+            message = SimpleNamespace(to_bytes=lambda: b"answer")
+            self.reply = SimpleNamespace(ok=SimpleNamespace(payload=message))
+
+        def try_recv(self):
+            self.looks -= 1
+            return None if self.looks >= 0 else self.reply
+
+        def __iter__(self):
+            time.sleep(self.sleep_s)
+            yield self.reply
+
+    ways = []
+    monkeypatch.setattr("swath._native.give_way", lambda: ways.append(1))
+    monkeypatch.setattr("swath.remote.link._AWAKE_S", 0.2)
+    own = SimpleNamespace(is_quick=True)
+
+    def waits(replies):
+        ways.clear()
+        assert next(iter(Answers(own, replies))) == b"answer"
+        return len(ways)
+
+    assert waits(Replies(3)) == 3
+    assert own.is_quick
+    assert waits(Replies(10**9)) > 0
+    assert not own.is_quick
+    assert waits(Replies(3, sleep_s=0.3)) == 0
+    assert not own.is_quick
+    assert waits(Replies(3)) == 0
+    assert own.is_quick
+    assert waits(Replies(2)) == 2
 
 
 def test_who_waits_for_a_silent_server_sleeps(own_server):

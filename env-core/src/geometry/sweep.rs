@@ -3,6 +3,7 @@
 use wide::f64x2;
 
 use super::{Arc, Footprint, Frame, Point, Side};
+
 /// How far outside the bar a point still counts as mowed, metres.
 ///
 /// A planner puts the bar's end exactly on a weed (equation 1 of Maini, Gonultas & Isler, 2022), so the test has to include it.
@@ -118,36 +119,43 @@ impl BarSweep {
         if !is_between && !is_opposite {
             return false;
         }
-        let k = self.curvature_per_m;
         let reach_m = self.half_width_m + border_m;
-        let (from_centre_x, from_centre_y) = (k * ahead, 1.0 - k * left);
-        let rho = (from_centre_x * from_centre_x + from_centre_y * from_centre_y).sqrt();
         if is_between {
-            let twice_offset_m = 2.0 * left - k * (ahead * ahead + left * left);
-            return twice_offset_m.abs() <= reach_m * (1.0 + rho);
+            return self.is_beside(reach_m, ahead, left);
         }
-        1.0 + rho <= k.abs() * reach_m
+        let k = self.curvature_per_m;
+        1.0 + self.radii_from_centre(ahead, left) <= k.abs() * reach_m
     }
 
-    /// Whether ground that the bar passes over may be within a distance of a point: seen more quickly than what lies there.
+    /// Whether ground that the bar passes over may be within a distance of a point. True if in doubt: ground further away may
+    /// be said to be so near, never the other way round.
     #[must_use]
     #[inline]
     pub(crate) fn may_be_within(&self, within_m: f64, point: Point) -> bool {
-        let k = self.curvature_per_m;
-        let reach_m = self.half_width_m + self.border_m + within_m;
-        if k.abs() * reach_m >= 1.0 {
+        if self.sweeps_backwards {
             return true;
         }
+        let within_m = self.border_m + within_m;
         let (ahead, left) = self.start.offsets_to(point);
         let (past_end, _) = self.end.offsets_to(point);
-        let within_m = self.border_m + within_m;
-        if ahead < -within_m || past_end > within_m {
-            return false;
-        }
+        ahead >= -within_m
+            && past_end <= within_m
+            && self.is_beside(self.half_width_m + within_m, ahead, left)
+    }
+
+    /// Whether a point, by its offsets in the start frame, is within a distance of the whole circle that the arc is of.
+    #[inline]
+    fn is_beside(&self, reach_m: f64, ahead: f64, left: f64) -> bool {
+        let twice_offset_m = 2.0 * left - self.curvature_per_m * (ahead * ahead + left * left);
+        twice_offset_m.abs() <= reach_m * (1.0 + self.radii_from_centre(ahead, left))
+    }
+
+    /// The distance from the turning centre in units of the radius.
+    #[inline]
+    fn radii_from_centre(&self, ahead: f64, left: f64) -> f64 {
+        let k = self.curvature_per_m;
         let (from_centre_x, from_centre_y) = (k * ahead, 1.0 - k * left);
-        let rho = (from_centre_x * from_centre_x + from_centre_y * from_centre_y).sqrt();
-        let twice_offset_m = 2.0 * left - k * (ahead * ahead + left * left);
-        twice_offset_m.abs() <= reach_m * (1.0 + rho)
+        (from_centre_x * from_centre_x + from_centre_y * from_centre_y).sqrt()
     }
 }
 
@@ -162,7 +170,7 @@ impl Footprint<0> for BarSweep {
         self.y_range
     }
 
-    /// None: its box is small.
+    /// None: who looks for something under it looks into the box around it.
     #[inline]
     fn sides(&self) -> [Side; 0] {
         []
@@ -211,11 +219,13 @@ mod tests {
     #[test]
     fn no_point_near_ground_under_the_bar_is_said_to_be_far_from_it() {
         let mut met = 0;
-        for turn in 0..60_u8 {
-            let curvature_per_m = f64::from(turn % 12) * 0.3 - 1.6;
-            let swept = sweep(curvature_per_m, 0.1 + 0.03 * f64::from(turn % 20), 2.0);
-            for i in -30..30 {
-                for j in -30..30 {
+        for (turn, curvature_per_m) in
+            (0_u8..).zip([0.0, 0.1, -0.1, 0.4, -0.4, 0.7, -0.7, 0.95, -0.95, 1.3, -1.3])
+        {
+            let start = Pose::new(0.3, -0.2, 0.7 * f64::from(turn));
+            let swept = BarSweep::new(&Arc { start, curvature_per_m, length_m: 0.8 }, 2.0);
+            for i in -40..40 {
+                for j in -40..40 {
                     let at = Point::new(0.07 * f64::from(i), 0.07 * f64::from(j));
                     if !swept.contains(at) {
                         continue;
@@ -228,10 +238,15 @@ mod tests {
                 }
             }
         }
-        assert!(met > 5000, "{met} points are under the bar");
-        let straight = sweep(0.0, 0.2, 2.0);
+        assert!(met > 3000, "{met} points are under the bar");
+        // On a left turn of radius 2 the right end of the bar runs on a circle of radius 3, and the left one on one of 1.
+        let (straight, left) = (sweep(0.0, 0.2, 2.0), sweep(0.5, 1.5, 2.0));
+        let from_centre = |radius_m: f64| Point::new(radius_m * 0.6, 2.0 - radius_m * 0.8);
         for far in [(0.1, 1.3), (0.1, -1.3), (-0.3, 0.0), (0.5, 0.0)] {
             assert!(!straight.may_be_within(0.18, Point::new(far.0, far.1)), "{far:?}");
+        }
+        for (radius_m, is_near) in [(0.7, false), (0.9, true), (3.1, true), (3.3, false)] {
+            assert_eq!(left.may_be_within(0.18, from_centre(radius_m)), is_near, "{radius_m}");
         }
     }
 }

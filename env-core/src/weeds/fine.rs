@@ -4,13 +4,13 @@ use std::ops::Range;
 
 use crate::geometry::{Footprint, Point};
 use crate::grid::{EVERY_ROW, Grid, TILE};
-use crate::math::{floor_index, floor_indices, number};
+use crate::math::{floor_index, floor_indices, number, smaller};
 
 /// Fine cells along either side of a cell, as a power of two; fewer where a pasture would have more of them than that.
 const FINEST: u32 = 2;
 const MOST: usize = 1 << 18;
 /// Slack that keeps the ranges on the safe side of rounding, metres.
-pub(super) const SLACK_M: f64 = 1e-6;
+const SLACK_M: f64 = 1e-6;
 
 /// A set of fine cells, of which each cell has the same number along x and y, and 8 by 8 of them make a tile.
 ///
@@ -87,10 +87,12 @@ impl FineCells {
         self.words[cell.tile] &= !(1 << cell.bit);
     }
 
-    /// Those that a footprint may touch.
+    /// Those that a footprint may touch; `None` if it ends below the first one.
     #[inline]
-    pub(super) fn around(&self, footprint: &impl Footprint<0>) -> FineBox {
-        FineBox([self.range(0, footprint.x_range()), self.range(1, footprint.y_range())])
+    pub(super) fn around(&self, footprint: &impl Footprint<0>) -> Option<FineBox> {
+        let (x_range, y_range) = (footprint.x_range(), footprint.y_range());
+        let is_below = smaller(x_range.1, y_range.1) < -SLACK_M;
+        (!is_below).then(|| FineBox([self.range(0, x_range), self.range(1, y_range)]))
     }
 
     /// The columns and rows of the cells that some fine cells belong to.
@@ -147,7 +149,8 @@ impl FineCells {
         }
     }
 
-    /// The first and the last fine cell that a range along x or y may reach, if there is one: it does not end below 0.
+    /// The first and the last fine cell that a range along x or y may reach, which does not end below 0; a range beyond the
+    /// last one has a first one behind that.
     #[inline]
     fn range(&self, axis: usize, (low_m, high_m): (f64, f64)) -> [usize; 2] {
         let (per_m, last) = (self.per_m[axis], self.last[axis]);

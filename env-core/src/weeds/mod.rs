@@ -10,8 +10,7 @@ use std::sync::Arc;
 use crate::geometry::{BarSweep, Footprint, Point};
 use crate::grid::{Cell, CellSet, Grid};
 use crate::ground::SeenGround;
-use crate::math::smaller;
-use fine::{FineCells, SLACK_M};
+use fine::FineCells;
 use index::{CellIndex, State};
 
 pub use ahead::Ahead;
@@ -104,13 +103,10 @@ impl Weeds {
     pub fn find_standing(&self, sweep: &BarSweep, ground: &SeenGround, ahead: &mut Ahead<()>) {
         let grid = &self.grid;
         ahead.clear();
-        if smaller(sweep.x_range().1, sweep.y_range().1) < -SLACK_M {
-            return;
-        }
+        let Some(near) = self.unmowed_fine.around(sweep) else { return };
         let mut has_weeds = false;
         let (unseen, standing) = (ground.unseen().words(), self.unmowed_cells.words());
         let words = |tile: usize| (unseen[tile], standing[tile]);
-        let near = self.unmowed_fine.around(sweep);
         grid.for_each_in_box(self.unmowed_fine.cells_of(near), words, |tile, unseen, weeds| {
             has_weeds |= weeds != 0;
             tile.for_each(unseen, |cell| {

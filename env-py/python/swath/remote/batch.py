@@ -102,7 +102,7 @@ class RemoteBatch:
         self._asked: dict[int, Answers] = {}
         # What each server answered last: were it freed together with the arrays made of it, the system would take the
         # memory back, and to get it anew at every step takes long.
-        self._last: dict[int, bytes] = {}
+        self._last_replies: dict[int, bytes] = {}
         self._finish: Callable[[], Any] = self._core.finish_open
         # Servers of which nothing has come since they were asked last.
         self._silent: set[int] = set()
@@ -223,6 +223,7 @@ class RemoteBatch:
     def _leave(self) -> None:
         links, self._links = self._links, []
         self._asked.clear()
+        self._last_replies.clear()
         for link in links:
             link.close()
 
@@ -310,7 +311,7 @@ class RemoteBatch:
             if message is None:
                 self._core.on_timeout(part, self._now_ms())
                 continue
-            self._last[part] = message
+            self._last_replies[part] = message
             if self._core.on_reply(part, self._now_ms(), message):
                 self._silent.discard(part)
                 # The network says later that there is no other answer, and if there is one, the next call is told.

@@ -11,6 +11,7 @@ import os
 import re
 import time
 import weakref
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 from swath import _native
@@ -27,8 +28,8 @@ __all__ = ["Answers", "Link", "checked_endpoint"]
 _VERBS = ("spec", "open", "reset", "step", "snapshot", "restore", "close", "stats")
 _CONNECT_MS = 5000
 _LOOK_S = 1.0
-# An answer that came sooner was quick, and for so long the next one is waited for awake, giving way to whoever else
-# wants the core or the interpreter.
+# An answer that came sooner was quick, and for so long the next one is waited for awake, while the core and the
+# interpreter are offered to others.
 _AWAKE_S = 0.003
 # What is left of a deadline is never no time at all.
 _SHORTEST_S = 0.001
@@ -105,7 +106,7 @@ class Link:
         }
         self._prefix = prefix
         self.is_quick = True
-        """Whether the last answer was."""
+        """Whether the next answer may be expected soon: the last one came so."""
         self._lease_name = ""
         self._lease: Any = None
         _open_links.add(self)
@@ -166,18 +167,17 @@ class Answers:
         Where the last answer was quick, it waits awake at first: a core that slept begins slowly, since it was
         another's meanwhile.
         """
-        begin_s = time.monotonic()
-        while self._link.is_quick and not self.is_over and time.monotonic() - begin_s < _AWAKE_S:
-            yield from self._noted(self.arrived(), begin_s)
-            _native.give_way()
-        yield from self._noted(self._later(), begin_s)
-
-    def _noted(self, messages: Iterator[bytes | None], begin_s: float) -> Iterator[bytes | None]:
-        for message in messages:
-            self._link.is_quick = time.monotonic() - begin_s < _AWAKE_S
+        begin_s = time.perf_counter()
+        for message in chain(self._awake(begin_s), self._asleep()):
+            self._link.is_quick = message is not None and time.perf_counter() - begin_s < _AWAKE_S
             yield message
 
-    def _later(self) -> Iterator[bytes | None]:
+    def _awake(self, begin_s: float) -> Iterator[bytes | None]:
+        while self._link.is_quick and not self.is_over and time.perf_counter() - begin_s < _AWAKE_S:
+            yield from self.arrived()
+            _native.give_way()
+
+    def _asleep(self) -> Iterator[bytes | None]:
         for reply in self._replies:
             self.is_silent = False
             yield reply.ok.payload.to_bytes() if reply.ok is not None else None
