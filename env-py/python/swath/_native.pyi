@@ -25,6 +25,7 @@ __all__ = [
     "Scenario",
     "agents",
     "cells",
+    "give_way",
     "learned_places",
     "parse_toml",
     "png",
