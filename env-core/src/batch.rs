@@ -227,7 +227,7 @@ impl BatchEnv {
         // Where numbers are wanted, that is all they can have wrong, and it is seen at once.
         let (are_of_kind, are_fine) = match (self.decoder.spec(), actions) {
             (ActionSpec::Continuous(_), Actions::Continuous(numbers)) => {
-                (true, numbers.iter().all(|number| number.is_finite()))
+                (true, numbers.iter().fold(true, |all, number| all & number.is_finite()))
             }
             (ActionSpec::Discrete(_), Actions::Discrete(_)) => (true, false),
             _ => (false, false),

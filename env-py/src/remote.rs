@@ -399,9 +399,11 @@ impl RemoteBatch {
             ActionSpec::Continuous(bounds) => bounds.len(),
             ActionSpec::Discrete(_) => 1,
         };
-        // Numbers are refused only where they are not finite, which is seen at once.
+        // Numbers are refused only where they are not finite, which is seen of all of them at once.
         let are_finite = match actions {
-            Actions::Continuous(numbers) => numbers.iter().all(|number| number.is_finite()),
+            Actions::Continuous(numbers) => {
+                numbers.iter().fold(true, |all, number| all & number.is_finite())
+            }
             Actions::Discrete(_) => false,
         };
         // Refused here, so that no server has moved when another refuses.

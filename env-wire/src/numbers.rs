@@ -7,23 +7,13 @@ use bytemuck::NoUninit;
 use crate::fault::Fault;
 
 /// A number with a fixed width on the wire.
-pub trait Number: NoUninit {
+pub trait Number: NoUninit + Default {
     /// Bytes of one.
     const BYTES: usize;
     /// Adds its bytes.
     fn put(self, bytes: &mut Vec<u8>);
-    /// Reads it from as many bytes; `None` if they stand for none.
-    fn get(bytes: &[u8]) -> Option<Self>;
-
     /// Reads as many numbers as there are places in the table from as many bytes; whether all of them stand for numbers.
-    fn get_all(bytes: &[u8], table: &mut [Self]) -> bool {
-        table.iter_mut().zip(bytes.chunks_exact(Self::BYTES)).all(|(number, bytes)| {
-            Self::get(bytes).is_some_and(|read| {
-                *number = read;
-                true
-            })
-        })
-    }
+    fn get_all(bytes: &[u8], table: &mut [Self]) -> bool;
 }
 
 macro_rules! numbers {
@@ -32,9 +22,6 @@ macro_rules! numbers {
             const BYTES: usize = size_of::<$number>();
             fn put(self, bytes: &mut Vec<u8>) {
                 bytes.extend_from_slice(&self.to_le_bytes());
-            }
-            fn get(bytes: &[u8]) -> Option<Self> {
-                Some(Self::from_le_bytes(bytes.try_into().ok()?))
             }
             fn get_all(bytes: &[u8], table: &mut [Self]) -> bool {
                 bytemuck::cast_slice_mut(table).copy_from_slice(bytes);
@@ -56,12 +43,12 @@ impl Number for bool {
     fn put(self, bytes: &mut Vec<u8>) {
         bytes.push(u8::from(self));
     }
-    fn get(bytes: &[u8]) -> Option<Self> {
-        match bytes {
-            [0] => Some(false),
-            [1] => Some(true),
-            _ => None,
+    fn get_all(bytes: &[u8], table: &mut [Self]) -> bool {
+        for (flag, &byte) in table.iter_mut().zip(bytes) {
+            *flag = byte == 1;
         }
+        // All of them together, not one after the other: many are looked at at once then.
+        bytes.iter().fold(0, |all, byte| all | byte) <= 1
     }
 }
 
@@ -98,13 +85,9 @@ pub fn read_into<T: Number>(bytes: &[u8], table: &mut [T]) -> Result<(), Fault> 
 ///
 /// [`Fault::Malformed`] if bytes are left over, or a bool is neither 0 nor 1.
 pub fn read<T: Number>(bytes: &[u8]) -> Result<Vec<T>, Fault> {
-    if !bytes.len().is_multiple_of(T::BYTES) {
-        return Err(Fault::Malformed { offset: 0 });
-    }
-    bytes
-        .chunks_exact(T::BYTES)
-        .map(|bytes| T::get(bytes).ok_or(Fault::Malformed { offset: 0 }))
-        .collect()
+    let mut table = vec![T::default(); bytes.len() / T::BYTES];
+    read_into(bytes, &mut table)?;
+    Ok(table)
 }
 
 #[cfg(test)]

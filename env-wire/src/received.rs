@@ -21,7 +21,7 @@ pub struct EndedMut<'a> {
     pub mask: &'a mut [bool],
 }
 
-/// Writes what a step brought. Returns how many episodes ended. Without infos their columns are zeros.
+/// Writes what a step brought. Returns how many episodes ended. Without infos their columns stay as they are.
 ///
 /// # Errors
 ///
@@ -38,7 +38,8 @@ pub fn read_step(reply: &StepReply, mut out: StepMut, ended: EndedMut) -> Result
         let row = *row as usize;
         row < rows && (out.terminated[row] || out.truncated[row])
     };
-    let ended_rows = (0..rows).filter(|&row| out.terminated[row] || out.truncated[row]).count();
+    let flags = out.terminated.iter().zip(&*out.truncated);
+    let ended_rows = flags.filter(|&(&terminated, &truncated)| terminated | truncated).count();
     let are_listed = done.len() == ended_rows && done.is_sorted_by(|a, b| a < b);
     if !are_listed || !done.iter().all(has_ended) {
         return Err(malformed());
@@ -47,7 +48,7 @@ pub fn read_step(reply: &StepReply, mut out: StepMut, ended: EndedMut) -> Result
     Ok(done.len())
 }
 
-/// Writes the state after a reset; rewards and flags stay as they are. Without infos their columns are zeros.
+/// Writes the state after a reset; rewards and flags stay as they are, and without infos their columns do.
 ///
 /// # Errors
 ///
@@ -67,16 +68,9 @@ fn read_info(tables: &[&[u8]], out: &mut StepMut) -> Result<(), Fault> {
         tables.next_into(path)?;
         tables.next_into(failure)?;
         tables.next_into(is_clipped)?;
-    } else {
-        for column in [weed, path, failure] {
-            column.fill(0.0);
+        if masks > 0 {
+            tables.next_into(distance_m)?;
         }
-        is_clipped.fill(false);
-    }
-    if has_infos && masks > 0 {
-        tables.next_into(distance_m)?;
-    } else {
-        distance_m.fill(0.0);
     }
     if masks > 0 {
         tables.next_into(action_mask)?;

