@@ -259,23 +259,35 @@ mod tests {
     use crate::geometry::{self, Pose};
     use crate::rng::{Stream, stream, uniform};
 
+    /// The cells less than 8 m from a point along both axes, row by row.
+    fn around(grid: &Grid, point: Point) -> impl Iterator<Item = (usize, usize)> {
+        let cells = |at_m: f64| grid.cell_of(Point::new(point.x + at_m, point.y + at_m));
+        let ((first_column, first_row), (last_column, last_row)) = (cells(-8.0), cells(8.0));
+        (first_row..=last_row)
+            .flat_map(move |row| (first_column..=last_column).map(move |column| (column, row)))
+    }
+
     #[test]
-    fn the_standing_weeds_under_a_bar_are_those_found_by_looking_at_all() {
-        // Sizes that are cut into cells of a metre and of less, and one so large that its cells are not cut more finely.
-        for (length_m, width_m, count) in
-            [(40.0, 25.0, 4000), (66.3, 7.9, 300), (2000.0, 900.0, 9000)]
-        {
+    fn what_stands_and_is_unseen_under_a_bar_is_what_is_found_by_looking_at_all() {
+        // A pasture of one cell, sizes that are cut into cells of a metre and of less, and one so large that its cells are
+        // not cut more finely.
+        for (length_m, width_m, count, least) in [
+            (0.8, 0.7, 40, 1),
+            (40.0, 25.0, 4000, 30),
+            (66.3, 7.9, 300, 30),
+            (2000.0, 900.0, 9000, 30),
+        ] {
             let mut rng = stream(count, Stream::Weeds);
             let grid = Arc::new(Grid::new(length_m, width_m));
             let mut weeds = Weeds::none(Arc::clone(&grid));
-            let ground = SeenGround::none(grid);
+            let mut ground = SeenGround::none(Arc::clone(&grid));
             weeds.plant(|positions| {
                 let mut at = |size_m| size_m * uniform(&mut rng);
                 positions.extend((0..count).map(|_| Point::new(at(length_m), at(width_m))));
                 // Some stand as close together as can be.
                 positions.extend_from_within(..20);
             });
-            let (mut ahead, mut mowed) = (Ahead::default(), 0);
+            let (mut ahead, mut mowed, mut seen) = (Ahead::default(), 0, 0);
             for step in 0..400 {
                 let mut at = |size_m: f64| size_m * uniform(&mut rng);
                 // Around a weed, so that something is met.
@@ -292,12 +304,23 @@ mod tests {
                     .map(|(weed, _)| weed)
                     .collect();
                 assert_eq!(found, expected, "step {step}");
-                // Only some are mowed, so that others go on standing beside them.
-                let some: Vec<u32> = found.iter().copied().step_by(2).collect();
+                let mut found: Vec<Cell> = ahead.cells.iter().map(|&(cell, ())| cell).collect();
+                found.sort_unstable_by_key(|cell| (cell.row, cell.column));
+                let expected = around(&grid, near).filter(|&(column, row)| {
+                    !ground.is_seen(column, row) && sweep.contains(grid.centre(column, row))
+                });
+                let places: Vec<_> = found.iter().map(|cell| (cell.column, cell.row)).collect();
+                assert_eq!(places, expected.collect::<Vec<_>>(), "step {step}");
+                // Only some are mowed and seen, so that others go on beside them.
+                let some: Vec<u32> =
+                    ahead.weeds.iter().map(|&(weed, ())| weed).step_by(2).collect();
                 mowed += some.len();
                 weeds.mow(&some);
+                found.truncate(found.len().div_ceil(4));
+                seen += found.len();
+                ground.absorb(&found);
             }
-            assert!(mowed > 30, "{mowed} weeds were mowed");
+            assert!(mowed >= least && seen >= least, "{mowed} weeds mowed, {seen} cells seen");
         }
     }
 }
