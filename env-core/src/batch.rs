@@ -39,7 +39,8 @@ pub struct BatchOptions {
     pub rows: usize,
     /// When ended rows begin anew.
     pub autoreset: Autoreset,
-    /// Most threads that a step may use; 0 counts as 1. With 1, and for few rows, a step runs on the caller's thread.
+    /// Most threads that a step may use; 0 counts as 1. With 1, for few rows, and in a process that was forked since, a step
+    /// runs on the caller's thread.
     pub threads: usize,
 }
 
@@ -108,7 +109,14 @@ pub struct BatchEnv {
     last_mask: Vec<bool>,
     decoder: ActionDecoder,
     form: Form,
-    pool: Option<ThreadPool>,
+    pool: Option<Pool>,
+}
+
+/// Threads, and the process that has them: one forked from it has none.
+#[derive(Debug)]
+struct Pool {
+    threads: ThreadPool,
+    process: u32,
 }
 
 /// Rows that are worth a task of their own: to hand one to another thread takes as long as a few steps.
@@ -163,7 +171,7 @@ impl BatchEnv {
             last_mask: vec![false; rows * last_choices],
             decoder,
             form,
-            pool,
+            pool: pool.map(|threads| Pool { threads, process: std::process::id() }),
         })
     }
 
@@ -214,8 +222,10 @@ impl BatchEnv {
         let last_observation = last_observation.as_mut();
         let rows = Rows { envs, states, last, last_observation, last_mask, actions, out };
         Ok(match pool {
-            Some(pool) => pool.install(|| rows.step_shared(*form)),
-            None => rows.step(*form),
+            Some(pool) if pool.process == std::process::id() => {
+                pool.threads.install(|| rows.step_shared(*form))
+            }
+            _ => rows.step(*form),
         })
     }
 

@@ -78,6 +78,9 @@ impl Step {
     }
 }
 
+/// After so many looks a decision is over, wherever it leads: no step takes long.
+const MOST_LOOKS: usize = 100_000;
+
 /// Where and among which weeds an episode begins, where that is not left to the scenario.
 ///
 /// Fronts check what comes from outside: weeds off the pasture and a start off the headland are refused by a panic.
@@ -227,13 +230,14 @@ impl Env {
         Ok(step)
     }
 
-    /// Goes to a candidate, look by look: until the mower arrives, its weed is mowed, or something new is detected. The
-    /// place of no candidate stands for the search, and is reported as clipped.
+    /// Goes to a candidate, look by look: until the mower arrives, its weed is mowed, or something new is detected, and for
+    /// 20 km at most. The place of no candidate stands for the search, and is reported as clipped.
     fn pursue(&mut self, place: usize) -> Result<Step, ActionError> {
         self.episode.check_running()?;
         let (candidate, is_asked_for) = self.candidates().chosen(place);
         let detected = self.belief.detected();
         let mut whole: Option<Step> = None;
+        let mut looks = 0;
         for segment in candidate.way.segments() {
             let mut left_m = segment.length_m;
             while left_m > 0.0 {
@@ -250,7 +254,9 @@ impl Env {
                     Purpose::Weed(number) => !self.belief.known().holds(number),
                     _ => false,
                 };
-                if step.end != End::Running || self.belief.detected() > detected || is_mowed {
+                looks += 1;
+                let is_over = step.end != End::Running || looks == MOST_LOOKS;
+                if is_over || self.belief.detected() > detected || is_mowed {
                     return Ok(Step { is_clipped: !is_asked_for, ..step });
                 }
             }

@@ -325,7 +325,8 @@ impl RemoteBatch {
 
     /// The episodes have begun.
     fn finish_reset<'py>(&mut self, py: Python<'py>) -> Result<ResetTuple<'py>, Error> {
-        let mask = std::mem::take(&mut self.begun);
+        // Kept until it has succeeded: a retry comes here again.
+        let mask = self.begun.clone();
         let observation = self.receive_present(py, &mask)?;
         Ok((observation, self.face.begun_infos(py, &mask)?))
     }
@@ -426,6 +427,12 @@ impl RemoteBatch {
             let table = reply.info.last().ok_or(Fault::Malformed { offset: 0 })?;
             let places = part.first * choices..(part.first + part.rows) * choices;
             read_into(table, &mut self.masks[places])?;
+        }
+        // Of a row that has not begun nothing is known, here as in a batch of this process.
+        for (row, state) in self.states.iter().enumerate() {
+            if *state == State::Unstarted {
+                self.masks[row * choices..(row + 1) * choices].fill(true);
+            }
         }
         Ok(())
     }

@@ -46,13 +46,21 @@ impl Post {
     }
 
     /// Answers a query of a session that is open, or of whom nobody knows. An answer that does not arrive is asked for
-    /// again.
+    /// again. Only what was `just_done` may leave at once: its client has read the answers before, or it could not have asked
+    /// for the next thing, while one that asks for the same again perhaps reads nothing.
     ///
     /// # Panics
     ///
     /// If the system has no thread to give.
-    pub fn send(&mut self, session: Option<u128>, query: Box<Query>, message: Bytes) {
-        if session.is_some() && message.len() <= SHORT && self.office.desk().is_empty() {
+    pub fn send(
+        &mut self,
+        session: Option<u128>,
+        query: Box<Query>,
+        message: Bytes,
+        just_done: bool,
+    ) {
+        let is_quick = just_done && session.is_some() && message.len() <= SHORT;
+        if is_quick && self.office.desk().is_empty() {
             return reply(&query, message);
         }
         self.hand_over(session, query, Some(message));

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration;
 
 use swath_core::config;
-use swath_wire::fault::Fault;
+use swath_wire::fault::{Fault, FaultMessage};
 use swath_wire::header::{Header, Verb};
 use swath_wire::hosted::ENV_ID;
 use swath_wire::message::{EnvInfo, SessionStats};
@@ -166,6 +166,7 @@ impl Server {
                 Err(RecvTimeoutError::Timeout) => None,
                 Err(RecvTimeoutError::Disconnected) => break,
             };
+            let just_done = matches!(event, Some(Event::Done(_)));
             let now_ms = self.clock.now_ms();
             for (lid, is_there) in self.front.leases() {
                 tracing::debug!(lease = short(lid), is_there, "a client's sign of life");
@@ -187,7 +188,7 @@ impl Server {
                 Some(Event::Arrival(Arrival::Leases) | Event::Stop) | None => {}
             }
             while let Some(output) = self.sessions.poll(now_ms) {
-                self.carry_out(now_ms, output);
+                self.carry_out(now_ms, output, just_done);
             }
             if self.leftovers.are_due(now_ms) {
                 memory::give_back();
@@ -219,11 +220,14 @@ impl Server {
         self.workers.is_free(done.worker);
         let session = short(done.sid);
         match &done.result {
-            Err(fault @ Fault::EnvFault { .. }) => {
-                tracing::error!(session, verb = done.verb.name(), %fault, "environments failed");
-            }
             Err(fault) => {
-                tracing::info!(session, verb = done.verb.name(), %fault, "a request was refused");
+                // As it is sent, which is cut short.
+                let (verb, text) = (done.verb.name(), FaultMessage::from(fault).text);
+                if matches!(fault, Fault::EnvFault { .. }) {
+                    tracing::error!(session, verb, fault = text, "environments failed");
+                } else {
+                    tracing::info!(session, verb, fault = text, "a request was refused");
+                }
             }
             Ok(done) => tracing::trace!(session, steps = done.steps, "answered"),
         }
@@ -244,7 +248,7 @@ impl Server {
         self.sessions.is_open(sid).then_some(sid)
     }
 
-    fn carry_out(&mut self, now_ms: u64, output: ServerOutput) {
+    fn carry_out(&mut self, now_ms: u64, output: ServerOutput, just_done: bool) {
         match output {
             ServerOutput::Start(job) => {
                 self.running += 1;
@@ -253,7 +257,7 @@ impl Server {
             }
             ServerOutput::Reply { query, message } => {
                 if let Some((query, sid)) = self.queries.remove(&query) {
-                    self.post.send(self.open_session(sid), query, message);
+                    self.post.send(self.open_session(sid), query, message, just_done);
                 }
             }
             ServerOutput::Drop(query) => {

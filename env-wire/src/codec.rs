@@ -98,6 +98,22 @@ impl From<HeaderError> for Fault {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_fault_is_short_whatever_it_quotes() {
+        let header =
+            Header { boot_id: 1, sid: 2, seq: 3, kind: Kind::Request(crate::header::Verb::Open) };
+        for (text, length) in [("\u{80}", 40 << 20), ("x", 1024), ("x", 1025), ("€", 500)] {
+            let text = text.repeat(length);
+            let message = write_fault(&header, &Fault::BadConfig { text: text.clone() });
+            let (_, payload) = Header::read(&message).unwrap();
+            let Fault::BadConfig { text: told } = read_fault(payload).unwrap() else { panic!() };
+            let is_whole = text.len() <= 1024;
+            assert_eq!(told == text, is_whole);
+            assert!(told.len() <= 1024 && (is_whole || told.len() > 1018), "{}", told.len());
+            assert!(text.starts_with(told.trim_end_matches("...")));
+        }
+    }
     use crate::header::Verb;
     use crate::message::{AutoresetMode, Open, Snapshot, Step};
 

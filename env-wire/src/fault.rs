@@ -138,6 +138,9 @@ pub enum Fault {
     },
 }
 
+/// The longest text of a fault, bytes: it may quote what a client wrote.
+const LONGEST_TEXT: usize = 1 << 10;
+
 /// A fault as it is sent.
 #[derive(Debug, Clone, PartialEq, Eq, Encode, Decode)]
 pub struct FaultMessage {
@@ -147,7 +150,7 @@ pub struct FaultMessage {
     pub arg0: u64,
     /// Its second argument.
     pub arg1: u64,
-    /// For people.
+    /// For people, at most 1024 bytes.
     pub text: String,
 }
 
@@ -171,10 +174,16 @@ impl From<&Fault> for FaultMessage {
             Fault::NotAllowed { .. } => (15, 0, 0),
             Fault::Unknown { code, arg0, arg1, .. } => (code, arg0, arg1),
         };
-        let text = match fault {
+        let mut text = match fault {
             Fault::Unknown { text, .. } => text.clone(),
             _ => fault.to_string(),
         };
+        if text.len() > LONGEST_TEXT {
+            let most = LONGEST_TEXT - 3;
+            let end = (0..=most).rev().find(|&end| text.is_char_boundary(end)).unwrap_or(0);
+            text.truncate(end);
+            text += "...";
+        }
         Self { code, arg0, arg1, text }
     }
 }

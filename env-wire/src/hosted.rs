@@ -31,6 +31,9 @@ use holdings::{
     bad_snapshot, check_size, check_weeds, most_of, most_weeds, weeds_of, weeds_of_rows,
 };
 
+/// The longest scenario that is read, bytes: to read it takes hundreds of times as much memory.
+const LARGEST_CONFIG: usize = 2 << 20;
+
 /// The scenarios that can be opened.
 pub const ENV_ID: &str = "swath/MowerRouting-v0";
 
@@ -92,6 +95,12 @@ impl Hosted {
             let (most, got) = (limits.max_envs, open.num_envs);
             return Err(bad(format!(
                 "`num_envs` must be at most {most} on this server, got {got}"
+            )));
+        }
+        if open.config.len() > LARGEST_CONFIG {
+            let got = open.config.len();
+            return Err(bad(format!(
+                "`config` must have at most {LARGEST_CONFIG} bytes, got {got}: more weeds can be given with a reset"
             )));
         }
         let document = Document::parse("remote", &open.config, Path::new(""))

@@ -57,6 +57,8 @@ pub struct ResumingSession {
     held: Option<Bytes>,
     /// A session is lost and there is none in its place.
     is_lost: bool,
+    /// Others had the room that a request of the journal needs: it is sent again with a retry.
+    is_held_up: bool,
     /// The call in flight is for no session.
     is_aside: bool,
     ended: Option<ClientError>,
@@ -97,6 +99,7 @@ impl ResumingSession {
             first_seq: 1,
             held: None,
             is_lost: false,
+            is_held_up: false,
             is_aside: false,
             ended: None,
             began_ms: 0,
@@ -116,7 +119,8 @@ impl ResumingSession {
         let open = Open { hash_every: options.hash_every, ..open.clone() };
         self.session.open(now_ms, &open)?;
         self.memory = Some(Memory::new(open));
-        (self.stage, self.is_lost, self.ended) = (Stage::Plain, false, None);
+        (self.stage, self.is_lost, self.is_held_up, self.ended) =
+            (Stage::Plain, false, false, None);
         self.wishes.clear();
         self.begin(now_ms);
         Ok(())
@@ -166,6 +170,10 @@ impl ResumingSession {
         }
         if self.is_lost {
             self.resume(now_ms)?;
+        } else if let Stage::Replaying(place) = self.stage
+            && std::mem::take(&mut self.is_held_up)
+        {
+            self.replay(now_ms, place).transpose()?;
         } else {
             self.session.retry(now_ms)?;
         }
@@ -254,7 +262,7 @@ impl ResumingSession {
     /// Whether the last call was not answered in time, or its session was lost and is not resumed.
     #[must_use]
     pub fn is_in_doubt(&self) -> bool {
-        self.is_lost || self.session.is_in_doubt()
+        self.is_lost || self.is_held_up || self.session.is_in_doubt()
     }
 
     /// Whether sessions that are lost are resumed.
@@ -344,6 +352,10 @@ impl ResumingSession {
             }
             (Stage::Replaying(place), Err(error)) if is_refusal(&error) => {
                 Some(self.fail(ClientError::Differs { request: place as u64 + 1 }))
+            }
+            (Stage::Replaying(_), Err(error @ ClientError::Fault(Fault::Capacity { .. }))) => {
+                self.is_held_up = true;
+                Some(Err(error))
             }
             (Stage::Replaying(_), Err(error)) => Some(self.fail(error)),
             (Stage::Wishing, Ok(message)) => {

@@ -34,6 +34,13 @@ def server():
 
 
 @pytest.fixture
+def patient_server():
+    server = Server("--allow-snapshot")
+    yield server
+    server.end(signal.SIGKILL)
+
+
+@pytest.fixture
 def own_server():
     server = Server("--allow-snapshot", "--grace-ms", "300", "--max-sessions", "2")
     yield server
@@ -367,6 +374,58 @@ def test_who_waits_for_a_silent_server_sleeps(own_server):
     far.close()
 
 
+@pytest.mark.parametrize("mode", ["NextStep", "Disabled"])
+@pytest.mark.parametrize("kind", ["steer", "target"])
+def test_a_reset_that_was_not_answered_in_time_is_settled_by_a_retry(patient_server, kind, mode):
+    blocks = {"action": {"kind": kind}, "num_envs": 3, "autoreset_mode": mode}
+    here = gym.make_vec(ENV_ID, **blocks)
+    far = swath.remote.make_vec(ENV_ID, connect=patient_server.endpoint, attempt_s=0.3, deadline_s=0.5, **blocks)
+    actions = actions_for(far, np.random.default_rng(0))
+    for seed in (1, 2):
+        patient_server.process.send_signal(signal.SIGSTOP)
+        with pytest.raises(swath.RemoteTimeout):
+            far.reset(seed=seed)
+        patient_server.process.send_signal(signal.SIGCONT)
+        assert same(far.retry(), here.reset(seed=seed))
+        assert all(map(same, here.step(actions), far.step(actions)))
+    far.close()
+
+
+def test_a_mask_does_not_leave_out_environments_of_which_nobody_knows_how_they_stand(server, patient_server):
+    far = swath.remote.make_vec(
+        ENV_ID,
+        2,
+        connect=[server.endpoint, patient_server.endpoint],
+        autoreset_mode="Disabled",
+        attempt_s=0.3,
+        deadline_s=0.5,
+    )
+    far.reset(seed=0)
+    patient_server.process.send_signal(signal.SIGSTOP)
+    with pytest.raises(swath.RemoteTimeout):
+        far.step(np.zeros((2, 1), np.float32))
+    patient_server.process.send_signal(signal.SIGCONT)
+    with pytest.raises(swath.RemoteError, match="retry"):
+        far.reset(options={"reset_mask": np.array([True, False])})
+    far.retry()
+    far.reset(options={"reset_mask": np.array([True, False])})
+    far.close()
+
+
+def test_a_step_that_cannot_be_written_is_not_lost(server):
+    far = swath.remote.make_vec(ENV_ID, 2, connect=server.endpoint, copy=False)
+    here = gym.make_vec(ENV_ID, num_envs=2)
+    observation, _ = far.reset(seed=1)
+    here.reset(seed=1)
+    observation.flags.writeable = False
+    actions = np.zeros((2, 1), np.float32)
+    with pytest.raises(TypeError):
+        far.step(actions)
+    observation.flags.writeable = True
+    assert all(map(same, here.step(actions), far.retry()))
+    far.close()
+
+
 def test_a_call_that_was_interrupted_leaves_environments_that_can_be_reset(server, monkeypatch):
     far = swath.remote.make_vec(ENV_ID, 4, connect=[server.endpoint] * 2)
     here = gym.make_vec(ENV_ID, num_envs=4)
@@ -409,6 +468,12 @@ def test_choices_after_a_restore_are_those_of_the_state_put_back(server):
     far.restore(here.snapshot(0), 2)
     assert same(here._core.action_masks[0], far._core.action_masks[2])
     far.close()
+    both = [gym.make_vec(ENV_ID, **blocks).unwrapped]
+    both.append(swath.remote.make_vec(ENV_ID, connect=[server.endpoint] * 2, **blocks))
+    for env in both:
+        env.restore(here.snapshot(0), 2)
+    assert same(*(env._core.action_masks for env in both))
+    both[1].close()
 
 
 def test_environments_that_are_forgotten_make_room(own_server):

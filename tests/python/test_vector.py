@@ -7,6 +7,7 @@ what is expected.
 import copy
 import itertools
 import math
+import os
 import pickle
 import re
 import subprocess
@@ -133,6 +134,30 @@ def test_the_number_of_threads_changes_nothing(num_envs, mode):
         envs = make(num_envs, mode, num_threads=threads)
         shown.append(play(envs, tape(envs, 40), mode))
         assert_same(shown[-1], shown[0])
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+def test_a_batch_with_threads_goes_on_in_a_process_that_was_forked():
+    """A forked process has none of the threads."""
+    code = """
+import os, signal, gymnasium as gym, numpy as np, swath
+envs = gym.make_vec("swath/MowerRouting-v0", num_envs=256, num_threads=2)
+envs.reset(seed=1)
+actions = np.zeros((256, 1), np.float32)
+envs.step(actions)
+child = os.fork()
+if child == 0:
+    signal.alarm(20)
+rewards = envs.step(actions)[1]
+print(rewards.tobytes().hex(), flush=True)
+if child == 0:
+    os._exit(0)
+assert os.waitpid(child, 0)[1] == 0
+"""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr
+    one, other = run.stdout.split()
+    assert one == other
 
 
 def test_a_row_does_not_depend_on_the_rows_beside_it():

@@ -1,5 +1,6 @@
 //! What somebody wrote: a file, a shipped name, or keywords, with or without sweeps.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
@@ -98,8 +99,9 @@ impl Document {
                 return Err(ConfigError::value("sweep", "one or more [[sweep]] tables", other));
             }
         };
-        for (index, sweep) in sweeps.iter().enumerate() {
-            if sweeps[..index].iter().any(|other| other.name == sweep.name) {
+        let mut names = BTreeSet::new();
+        for sweep in &sweeps {
+            if !names.insert(&sweep.name) {
                 return Err(ConfigError::value(
                     "sweep.name",
                     "different for every sweep",

@@ -90,12 +90,22 @@ impl ConfigError {
     }
 }
 
-/// The same text with line breaks and other control characters written out: it may quote what somebody wrote.
+/// What is quoted of a text that somebody wrote, characters.
+const LONGEST_QUOTE: usize = 1000;
+
+/// The same text with line breaks and other control characters written out, cut short where it is very long: it may quote
+/// what somebody wrote.
 fn one_line(text: &str) -> String {
     let breaks = |c: char| c.is_control() || matches!(c, '\u{2028}' | '\u{2029}');
-    text.chars()
+    let mut line: String = text
+        .chars()
+        .take(LONGEST_QUOTE)
         .flat_map(|c| if breaks(c) { c.escape_default().collect() } else { vec![c] })
-        .collect()
+        .collect();
+    if text.chars().nth(LONGEST_QUOTE).is_some() {
+        line += "...";
+    }
+    line
 }
 
 /// The end of a message that knows a better spelling.

@@ -103,8 +103,15 @@ fn unknown(key: &str, is_block: bool, known: &[String], prefix: &str) -> ConfigE
     }
 }
 
+/// No key or name that a longer word could be meant for is nearly as long, bytes.
+const LONGEST_WORD: usize = 200;
+
 /// The candidate that is spelt most like `word`, if one is close enough to be meant.
 fn nearest<'a>(word: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    // Nothing is spelt like that, and comparing would take long.
+    if word.len() > LONGEST_WORD {
+        return None;
+    }
     candidates
         .map(|candidate| (likeness(word, candidate), candidate))
         .filter(|&(likeness, _)| likeness > 0.6)

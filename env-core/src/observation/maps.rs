@@ -132,18 +132,19 @@ struct Strip {
     half: f32x8,
     per_size: f32x8,
     end: f32x8,
-    last: f32x8,
+    last: i32x8,
 }
 
 impl Strip {
     /// `cells` cells, for points of `size` cells.
-    #[expect(clippy::cast_precision_loss, reason = "a pasture has at most some thousand columns")]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "below 2^31")]
+    #[expect(clippy::cast_precision_loss, reason = "beyond 2^24 cells a map is as coarse as that")]
     fn new(size: f32, cells: usize) -> Self {
         Self {
             half: f32x8::splat(0.5 * size),
             per_size: f32x8::splat(1.0 / size),
             end: f32x8::splat(cells as f32),
-            last: f32x8::splat(cells as f32 - 1.0),
+            last: i32x8::splat(cells as i32 - 1),
         }
     }
 
@@ -158,7 +159,7 @@ impl Strip {
     /// In which cells their middles lie, or which are nearest.
     #[inline]
     fn cell(&self, at: f32x8) -> i32x8 {
-        at.fast_max(f32x8::ZERO).fast_min(self.last).fast_trunc_int()
+        at.fast_max(f32x8::ZERO).fast_min(self.end).fast_trunc_int().min(self.last)
     }
 }
 

@@ -59,6 +59,10 @@ impl RemoteBatch {
         mask: Vec<bool>,
         weeds: Vec<Option<Vec<Point>>>,
     ) -> Result<(), Error> {
+        // How the rows stand that do not begin is not known where a step was not answered.
+        if mask.contains(&false) {
+            settled(&self.parts)?;
+        }
         let bytes = |points: Vec<Point>| bytes_of(points.iter().flat_map(|at| [at.x, at.y]));
         // Refused here, so that no server has begun an episode when another refuses.
         if let Some(perception) = &self.perception {

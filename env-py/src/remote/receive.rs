@@ -20,7 +20,6 @@ impl RemoteBatch {
         &mut self,
         py: Python<'py>,
     ) -> Result<(Bound<'py, PyAny>, usize), Error> {
-        let replies = replies(&mut self.parts)?;
         let Self {
             face,
             parts,
@@ -41,6 +40,8 @@ impl RemoteBatch {
         let mut unused = vec![false; if is_same_step { 0 } else { masks.len() }];
         let mut last_mask = if is_same_step { &mut last_mask[..] } else { &mut unused[..] };
         face.write(py, |table, observation| {
+            // Taken only where they can be written.
+            let replies = replies(parts)?;
             let mut out = table.out(observation);
             let (mut last, mut last_observation) = (&mut last[..], last_observation.as_mut());
             let mut ended = 0;

@@ -29,6 +29,8 @@ struct Adder {
     /// Those after so many are too large.
     most_snapshots: usize,
     snapshots: usize,
+    /// How many steps it takes before others have all the room.
+    room: usize,
     replayed: usize,
 }
 
@@ -40,6 +42,7 @@ impl Adder {
             allows_snapshots: true,
             most_snapshots: usize::MAX,
             snapshots: 0,
+            room: usize::MAX,
             replayed: 0,
         }
     }
@@ -87,6 +90,7 @@ impl Adder {
                 let told = SnapshotReply { config_hash: [0; 32], data: &[self.sum] };
                 codec::write(&reply, &told).unwrap()
             }
+            _ if self.replayed >= self.room => codec::write_fault(&header, &full()),
             _ => {
                 let step: Step = codec::read(payload).unwrap();
                 self.replayed += 1;
@@ -99,6 +103,10 @@ impl Adder {
 
 fn too_large() -> Fault {
     Fault::TooLarge { size: 2, limit: 1 }
+}
+
+fn full() -> Fault {
+    Fault::Capacity { used: 3, most: 3 }
 }
 
 fn settle(client: &mut ResumingSession, server: &mut Adder) -> Result<Bytes, ClientError> {
@@ -245,4 +253,28 @@ fn a_resumption_that_takes_too_long_goes_on_with_a_retry() {
         }
     };
     assert_eq!(codec::read::<u8>(&message[HEADER_BYTES..]), Ok(10));
+}
+
+#[test]
+fn a_resumption_for_which_there_is_no_room_goes_on_with_a_retry() {
+    let mut server = Adder::new(10);
+    let mut client = opened(&mut server);
+    for number in 1..=3 {
+        add(&mut client, &mut server, number).unwrap();
+    }
+    let mut next = Adder { room: 1, ..Adder::new(20) };
+    assert_eq!(add(&mut client, &mut next, 4), Err(ClientError::Fault(full())));
+    for _ in 0..3 {
+        assert!(client.is_in_doubt());
+        let step = client.call(0, Verb::Step, &Step { actions: vec![&[9]] });
+        assert_eq!(step, Err(ClientError::InDoubt));
+        client.retry(0).unwrap();
+        assert_eq!(settle(&mut client, &mut next), Err(ClientError::Fault(full())));
+    }
+    assert_eq!(next.replayed, 1);
+    next.room = usize::MAX;
+    client.retry(0).unwrap();
+    let message = settle(&mut client, &mut next).unwrap();
+    assert_eq!(codec::read::<u8>(&message[HEADER_BYTES..]), Ok(10));
+    assert_eq!(add(&mut client, &mut next, 5), Ok(15));
 }

@@ -432,3 +432,18 @@ fn a_line_break_in_a_key_or_a_value_does_not_break_the_message() {
     let broken: Vec<&String> = messages.iter().filter(|text| text.lines().count() != 1).collect();
     assert!(broken.is_empty(), "{} of {}: {broken:#?}", broken.len(), messages.len());
 }
+
+/// To look for what it could be meant for would take minutes, and nobody could read the message.
+#[test]
+fn a_very_long_key_or_value_is_quoted_in_part() {
+    let long = "x".repeat(8 << 20);
+    for text in [
+        format!("{long} = 1"),
+        format!("[pasture]\n{long} = 1"),
+        format!("[mower]\nstart = '{long}'"),
+        format!("[[sweep]]\nname = 'a'\n\"{long}\" = [1]"),
+    ] {
+        let message = refusal(&text);
+        assert!(message.len() < 1100 && message.ends_with("..."), "{} bytes", message.len());
+    }
+}

@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 use proptest::prelude::*;
 use swath_core::action::{Action, ActionError};
 use swath_core::candidates::{Candidate, Candidates, Purpose};
-use swath_core::config::{ActionKind, ObservationKind, Scenario, ValidScenario};
+use swath_core::config::{ActionKind, ObservationKind, Scenario, Start, ValidScenario};
 use swath_core::env::{Env, Step};
 use swath_core::episode::{End, Outcome};
 use swath_core::geometry::{Departure, Frame, Pose, shortest};
@@ -50,6 +50,21 @@ fn go(env: &mut Env, place: usize) -> Step {
     let mut observation = env.observation_spec().rows(1);
     let place = i64::try_from(place).unwrap();
     env.step(Action::Discrete(place), observation.as_mut()).unwrap()
+}
+
+/// The way back from there would take a look for each 0.2 m.
+#[test]
+fn a_decision_ends_after_20_km() {
+    let mut env = pasture(&[[50.0, 20.0]], |scenario| {
+        scenario.pasture.headland_m = f64::INFINITY;
+        scenario.episode.budget = f64::INFINITY;
+        scenario.mower.start = Start::Pose([1e7, 20.0, 0.0]);
+    });
+    let (place, candidate) = open(&mut env)[0];
+    assert!(candidate.way.length_m() > 9.9e6);
+    let step = go(&mut env, place);
+    assert_eq!(step.end, End::Running);
+    assert!((step.distance_m - 20_000.0).abs() < 0.3, "{} m", step.distance_m);
 }
 
 fn open(env: &mut Env) -> Vec<(usize, Candidate)> {

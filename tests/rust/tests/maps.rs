@@ -94,3 +94,21 @@ fn the_coarsest_scale_holds_the_whole_pasture() {
     assert!((area_m2(2) - (216.0 * 216.0 - 4000.0)).abs() < 200.0, "{}", area_m2(2));
     assert!((area_m2(0) - unseen_m2).abs() < 200.0, "{} of {unseen_m2}", area_m2(0));
 }
+
+/// So many cells are not told apart by single precision.
+#[test]
+fn the_end_of_a_pasture_of_more_than_16_million_columns_is_shown() {
+    let mut scenario = Scenario::default();
+    scenario.observation.kind = ObservationKind::Maps;
+    scenario.pasture.length_m = 16_777_224.0;
+    scenario.pasture.width_m = 1.0;
+    scenario.mower.deck_width_m = 1.0;
+    scenario.mower.start = Start::Pose([16_777_219.0, 0.5, 0.0]);
+    scenario.weeds.count = 1;
+    let mut env = Env::new(&scenario.check().unwrap());
+    env.reset(0);
+    let mut observation = env.observation_spec().rows(1);
+    env.observe(observation.as_mut());
+    let outside = at(&observation.maps, 1, 2, 0, 15);
+    assert_eq!(outside, 255, "11 m ahead");
+}

@@ -225,6 +225,10 @@ fn what_cannot_be_opened_is_refused_by_name() {
         refused(|open| open.config = "[weeds]\nfile = '/etc/passwd'".to_owned()),
         "`weeds.file` must be sent as `weeds.positions_m`, got \"/etc/passwd\""
     );
+    assert_eq!(
+        refused(|open| open.config = "#".repeat(3 << 20)),
+        "`config` must have at most 2097152 bytes, got 3145728: more weeds can be given with a reset"
+    );
     assert!(refused(|open| open.snapshot = Some(b"none")).starts_with("`snapshot` must be"));
 }
 
