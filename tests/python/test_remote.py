@@ -421,6 +421,8 @@ def test_a_step_that_cannot_be_written_is_not_lost(server):
     actions = np.zeros((2, 1), np.float32)
     with pytest.raises(TypeError):
         far.step(actions)
+    with pytest.raises(swath.RemoteError, match="retry"):
+        far.step(actions)
     observation.flags.writeable = True
     assert all(map(same, here.step(actions), far.retry()))
     far.close()

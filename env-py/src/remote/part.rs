@@ -30,9 +30,12 @@ impl Part {
     }
 }
 
-/// Whether every server has answered the last call: until then, nothing may follow that goes by its result.
+/// Whether every server has answered the last call, and Python was given what they said: until then, nothing may follow
+/// that goes by its result.
 pub(super) fn settled(parts: &[Part]) -> Result<(), Error> {
-    if parts.iter().any(|part| part.session.is_in_doubt()) {
+    let has_failed = parts.iter().any(|part| matches!(part.reply, Some(Err(_))));
+    let is_kept = |part: &Part| matches!(part.reply, Some(Ok(_))) && !has_failed;
+    if parts.iter().any(|part| part.session.is_in_doubt() || is_kept(part)) {
         return Err(ClientError::InDoubt.into());
     }
     Ok(())
