@@ -49,8 +49,7 @@ fn read_numbers(action: &Bound<PyAny>, size: usize, numbers: &mut Vec<f32>) -> R
     let wrong = |expected: &str, got: String| {
         Error::ActionForm(format!("`action` must have {expected}, got {got}"))
     };
-    let array = float64_array(action)
-        .map_err(|_| wrong(&format!("{size} number(s)"), type_text(action)))?;
+    let array = float64_array(action).map_err(|got| wrong(&format!("{size} number(s)"), got))?;
     if array.ndim() != 1 {
         return Err(wrong(&format!("the shape ({size},)"), shape_text(array.shape())));
     }
@@ -92,8 +91,7 @@ impl ActionBuffer {
             append(array, &mut self.numbers);
             return Ok(());
         }
-        let array = float64_array(actions).map_err(|_| {
-            let got = type_text(actions);
+        let array = float64_array(actions).map_err(|got| {
             Error::ActionForm(format!(
                 "`actions` must be numbers of the shape {}, got {got}",
                 shape_text(&shape)
@@ -155,9 +153,19 @@ fn check_shape(got: &[usize], expected: &[usize]) -> Result<(), Error> {
     Err(Error::ActionForm(format!("`actions` must have the shape {expected}, got {got}")))
 }
 
-fn float64_array<'py>(numbers: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    let numpy = get_array_module(numbers.py())?;
-    Ok(numpy.call_method1("asarray", (numbers, "float64"))?.cast_into()?)
+/// An array of real numbers as float64; or else what was found instead: text, flags and complex numbers are no actions.
+fn float64_array<'py>(numbers: &Bound<'py, PyAny>) -> Result<Bound<'py, PyArrayDyn<f64>>, String> {
+    let wrong = |_| type_text(numbers);
+    let numpy = get_array_module(numbers.py()).map_err(wrong)?;
+    let array = numpy.call_method1("asarray", (numbers,)).map_err(wrong)?;
+    let array = array.cast::<PyUntypedArray>().map_err(|_| type_text(numbers))?;
+    if !matches!(array.dtype().kind(), b'f' | b'i' | b'u') {
+        let is_array = numbers.is_instance_of::<PyUntypedArray>();
+        let got = format!("an array of {}", array.dtype());
+        return Err(if is_array { got } else { type_text(numbers) });
+    }
+    let array = numpy.call_method1("asarray", (array, "float64")).map_err(wrong)?;
+    array.cast_into().map_err(|_| type_text(numbers))
 }
 
 /// Large numbers are clipped later, like all that lie beyond the bounds; only infinity is infinite.

@@ -61,6 +61,14 @@ pub enum AccessError {
         /// The settings.
         missing: String,
     },
+    /// Files that nobody is shown.
+    #[error("{setting} is about TLS and needs tls/ endpoints, got {endpoint}")]
+    NoTls {
+        /// The setting.
+        setting: &'static str,
+        /// The address.
+        endpoint: String,
+    },
     /// Names that nobody shows.
     #[error(
         "`allow_cn` is about the names in certificates and needs tls/ endpoints, got {endpoint}"
@@ -108,6 +116,12 @@ impl Wish {
             if !endpoint.is_tls() && !self.allow_cn.is_empty() {
                 return Err(AccessError::NoNames { endpoint: endpoint.to_string() });
             }
+        }
+        let given = files.into_iter().find(|file| !file.1).map(|file| file.0);
+        if let (Some(setting), Some(endpoint)) = (given, endpoints.first())
+            && !endpoints.iter().any(|endpoint| endpoint.is_tls())
+        {
+            return Err(AccessError::NoTls { setting, endpoint: endpoint.to_string() });
         }
         let tls = match (self.ca, self.certificate, self.key) {
             (Some(ca), Some(certificate), Some(key)) => Some(Tls { ca, certificate, key }),
@@ -160,5 +174,10 @@ mod tests {
         assert!(refused.starts_with("tls/0.0.0.0:1 needs mutual TLS; missing: `--tls-ca`"));
         let named = Wish { allow_cn: vec!["robot".to_owned()], ..Wish::default() };
         assert!(check("tcp/127.0.0.1:1", named).unwrap_err().starts_with("`allow_cn`"));
+        let refused = check("tcp/127.0.0.1:1", files()).unwrap_err();
+        assert_eq!(
+            refused,
+            "`--tls-ca` is about TLS and needs tls/ endpoints, got tcp/127.0.0.1:1"
+        );
     }
 }

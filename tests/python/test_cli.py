@@ -153,6 +153,7 @@ def test_a_bad_scenario_is_refused_in_one_line_and_nothing_is_written(call, comm
         (["run", "jmup"], "`agent` must be one of"),
         (["run", "jump", "--seed", "-1"], "`seed` must be a whole number from 0"),
         (["run", "jump", "--trajectory", "nowhere/path.csv"], "cannot use nowhere/path.csv: No such file or directory"),
+        (["run", "jump", "--trajectory", "."], "`trajectory` must be a file, got the folder ."),
         (["run"], "Missing argument 'AGENT'"),
         (["config", "nowhere"], "cannot read nowhere: no such file"),
         (["demo", "--instances", "0"], "`instances` must be a whole number from 1"),

@@ -224,6 +224,8 @@ def spoil(kind):
         rows.write_text(rows.read_text() + rows.read_text().splitlines(keepends=True)[-1])
     elif kind == "mixed":
         summary.write_text(re.sub(r'"mean": [0-9.]+', '"mean": 1.5', summary.read_text(), count=1))
+    elif kind == "worker":
+        Path("out/dataset").mkdir()
     elif kind == "no origin":
         Path("out/origin.json").write_text("[1]")
     elif kind == "no rows":
@@ -247,6 +249,7 @@ def spoil(kind):
             "`DIR` must hold the rows of one evaluation, got out/episodes.csv with more lines than summary.json",
         ),
         ("mixed", "`DIR` must hold the rows and the statistics of one evaluation, got those of two in out"),
+        ("worker", "`DIR` must be a folder of `swath evaluate`, got one of `swath worker`: out"),
         ("no origin", "`DIR` must hold origin.json as it was written, got a damaged one in out"),
         ("no rows", "cannot use out/episodes.csv: No such file or directory"),
     ],

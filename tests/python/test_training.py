@@ -159,7 +159,7 @@ def test_what_cannot_be_used_is_refused_in_one_line_and_nothing_is_written(chang
 DICT = {"base": "cowbot-field", "observation": {"kind": "dict"}, "action": {"kind": "target"}}
 REFUSED_TOGETHER = [
     ({"policy": {"class": "CnnPolicy"}}, "`policy` and `hyperparameters` must suit ppo: "),
-    ({"hyperparameters": {"n_steps": 32, "batch_size": 1}}, "`policy` and `hyperparameters` must suit ppo: "),
+    ({"hyperparameters": {"n_steps": 32, "batch_size": 1}}, "`hyperparameters.batch_size` must be > 1, since"),
     (
         {"policy": {"class": "MultiInputPolicy"}},
         "`policy.class` must be `MlpPolicy` or `CnnPolicy` for the observation kind `features`, got `MultiInputPolicy`",
@@ -519,7 +519,7 @@ def test_a_player_that_draws_plays_an_instance_by_its_seed_whatever_is_played_be
         player = training.RandomPlayer(player.model.action_space)
     together = training.evaluate_policy(player, scenario=scenario, instances=3, seed=1_000_000)
     again = training.evaluate_policy(player, scenario=scenario, instances=3, seed=1_000_000)
-    alone = training.evaluate_policy(player, scenario=scenario, instances=1, seed=1_000_002)
+    alone = training.evaluate_policy(player, scenario=scenario.to_dict(), instances=1, seed=1_000_002)
     assert [without_time(row) for row in again] == [without_time(row) for row in together]
     assert without_time(alone[0]) == without_time(together[2])
     assert len({row.path_length_m for row in together} | {row.weeds_detected for row in together}) > 2

@@ -55,7 +55,8 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
     A finite value outside [-1, 1] is clipped, and `info["action_clipped"]` says so.
 
     A step of `target` is one decision: the mower goes to the candidate along the shortest path of Dubins until it
-    arrives, its weed is mowed, or something new is detected. The reward sums what happened on the way.
+    arrives, its weed is mowed, or something new is detected, and for 20 km at most. The reward sums what happened on
+    the way.
 
     | index | candidate |
     |---|---|

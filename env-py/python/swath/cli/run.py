@@ -12,6 +12,7 @@ import typer
 
 from swath.cli.options import AsJson
 from swath.episode import Episode, run_episode
+from swath.errors import ConfigError
 from swath.files import write_whole
 from swath.share import share
 
@@ -29,6 +30,9 @@ def run(
     as_json: AsJson = False,
 ) -> None:
     """Run one episode and print its numbers."""
+    if trajectory is not None and (not trajectory.name or trajectory.is_dir()):
+        text = f"`trajectory` must be a file, got the folder {trajectory}"
+        raise ConfigError(text)
     episode = run_episode(agent, scenario=scenario, seed=seed)
     if trajectory is not None:
         write_whole(trajectory, csv_of(episode))

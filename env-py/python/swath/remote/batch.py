@@ -8,6 +8,7 @@ import secrets
 import time
 import warnings
 import weakref
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from swath import _native
@@ -70,7 +71,8 @@ class RemoteBatch:
             RemoteError: If a server cannot be reached, has another version of swath, or takes no further session.
             ResumeError: If it is to be resumed and a server sends no snapshots.
         """
-        endpoints = [connect] if isinstance(connect, str) else list(connect)
+        is_list = not isinstance(connect, str) and isinstance(connect, Iterable)
+        endpoints = list(connect) if is_list else [connect]
         if not 1 <= len(endpoints) <= num_envs:
             some = "1 server for 1 environment"
             if num_envs > 1:
@@ -79,6 +81,9 @@ class RemoteBatch:
             raise ConfigError(text)
         for endpoint in endpoints:
             checked_endpoint(endpoint)
+        if not isinstance(client, str):
+            text = f"`client` must be at most 64 printable characters, got {client!r}"
+            raise ConfigError(text)
         if percept and not infos:
             text = "`infos` must be True with `percept`: mowed weeds are counted from the reward, got False"
             raise ConfigError(text)

@@ -16,6 +16,7 @@ import numpy.typing as npt
 from swath import _native
 from swath.errors import ConfigError, SwathError
 from swath.evaluation.journal import NAME as JOURNAL
+from swath.rollouts.store import DATASET
 from swath.styles import styles_of
 
 if TYPE_CHECKING:
@@ -94,6 +95,10 @@ class Evaluated:
             OSError: If a file cannot be read.
         """
         summary = _summary(folder)
+        # A worker steps environments: its rows are no runs of agents, which the page would drive again.
+        if (folder / DATASET).is_dir():
+            text = f"`DIR` must be a folder of `swath evaluate`, got one of `swath worker`: {folder}"
+            raise ConfigError(text)
         try:
             arguments, cells = summary["arguments"], summary["cells"]
             agents, instances, seed = list(arguments["agents"]), int(arguments["instances"]), int(arguments["seed"])

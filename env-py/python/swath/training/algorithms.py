@@ -117,6 +117,11 @@ def _hyperparameters(config: TrainingConfig) -> dict[str, typing.Any]:
         if name in _POSITIVE and isinstance(value, int | float) and not value > 0:
             text = f"`hyperparameters.{name}` must be > 0, got {value}"
             raise ConfigError(text)
+        if name == "batch_size" and "ppo" in config.algorithm and isinstance(value, int | float) and not value > 1:
+            text = (
+                f"`hyperparameters.batch_size` must be > 1, since advantages are normalised over a batch, got {value}"
+            )
+            raise ConfigError(text)
         if name in _SHARES and isinstance(value, int | float) and not 0 <= value <= 1:
             text = f"`hyperparameters.{name}` must be from 0 to 1, got {value}"
             raise ConfigError(text)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from swath import _native
 from swath.evaluation.row import Row
 from swath.summary import Summary
 from swath.training.config import refuse_endless
@@ -15,7 +16,7 @@ from swath.training.environments import make_venv
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from swath.scenario import Scenario
+    from swath.scenario import Scenario, ScenarioSource
     from swath.training.policy import Player
 
 __all__ = ["evaluate_policy"]
@@ -27,7 +28,7 @@ _BATCH = 256
 def evaluate_policy(
     player: Player,
     *,
-    scenario: Scenario,
+    scenario: ScenarioSource,
     instances: int = 50,
     seed: int = 1_000_000,
     label: str = "policy",
@@ -37,7 +38,8 @@ def evaluate_policy(
 
     Args:
         player: The policy, or a `RandomPlayer`.
-        scenario: What it plays on; its observation and action kinds are those of the policy.
+        scenario: What it plays on: a shipped name, a file, a dictionary, a `Scenario`, or None for the defaults; its
+            observation and action kinds are those of the policy.
         instances: Number of instances; instance i has the seed `seed + i`, as in `swath.evaluate`.
         seed: Seed of instance 0.
         label: The agent's name in the rows.
@@ -47,8 +49,10 @@ def evaluate_policy(
         One row for each instance, in order.
 
     Raises:
-        ConfigError: If the scenario's `episode.budget` is infinite, with which an episode need not end.
+        ConfigError: If the scenario cannot be used, or its `episode.budget` is infinite, with which an episode need not
+            end.
     """
+    scenario = scenario if isinstance(scenario, _native.Scenario) else _native.Scenario(scenario)
     refuse_endless("episode.budget", scenario)
     rows: list[Row] = []
     for first in range(0, instances, _BATCH):
