@@ -71,8 +71,8 @@ class RemoteBatch:
             RemoteError: If a server cannot be reached, has another version of swath, or takes no further session.
             ResumeError: If it is to be resumed and a server sends no snapshots.
         """
-        is_list = not isinstance(connect, str) and isinstance(connect, Iterable)
-        endpoints = list(connect) if is_list else [connect]
+        is_one = isinstance(connect, str) or not isinstance(connect, Iterable)
+        endpoints: list[Any] = [connect] if is_one else list(connect)
         if not 1 <= len(endpoints) <= num_envs:
             some = "1 server for 1 environment"
             if num_envs > 1:
