@@ -132,19 +132,22 @@ struct Strip {
     half: f32x8,
     per_size: f32x8,
     end: f32x8,
-    last: i32x8,
+    last: f32x8,
 }
 
 impl Strip {
     /// `cells` cells, for points of `size` cells.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "below 2^31")]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "they are few")]
     #[expect(clippy::cast_precision_loss, reason = "beyond 2^24 cells a map is as coarse as that")]
     fn new(size: f32, cells: usize) -> Self {
+        // Rounding may lead beyond the last cell, never the other way round.
+        let last = (cells - 1) as f32;
+        let last = if last as usize >= cells { last.next_down() } else { last };
         Self {
             half: f32x8::splat(0.5 * size),
             per_size: f32x8::splat(1.0 / size),
             end: f32x8::splat(cells as f32),
-            last: i32x8::splat(cells as i32 - 1),
+            last: f32x8::splat(last),
         }
     }
 
@@ -159,7 +162,7 @@ impl Strip {
     /// In which cells their middles lie, or which are nearest.
     #[inline]
     fn cell(&self, at: f32x8) -> i32x8 {
-        at.fast_max(f32x8::ZERO).fast_min(self.end).fast_trunc_int().min(self.last)
+        at.fast_max(f32x8::ZERO).fast_min(self.last).fast_trunc_int()
     }
 }
 
