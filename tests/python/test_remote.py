@@ -15,13 +15,11 @@ from types import SimpleNamespace
 import gymnasium as gym
 import numpy as np
 import pytest
-from remote_server import SERVER, Server, same
+from remote_server import SERVER, SHORT, Server, actions_for, same
 
 import swath
 from swath.registration import ENV_ID
 from swath.remote.link import Answers
-
-SHORT = {"episode": {"budget": 0.01}, "pasture": {"headland_m": 2.0}}
 
 pytestmark = pytest.mark.skipif(not SERVER.exists(), reason="needs the server: `make server` builds it")
 
@@ -34,24 +32,10 @@ def server():
 
 
 @pytest.fixture
-def patient_server():
-    server = Server("--allow-snapshot")
-    yield server
-    server.end(signal.SIGKILL)
-
-
-@pytest.fixture
 def own_server():
     server = Server("--allow-snapshot", "--grace-ms", "300", "--max-sessions", "2")
     yield server
     server.end(signal.SIGKILL)
-
-
-def actions_for(vec, rng):
-    space = vec.single_action_space
-    if isinstance(space, gym.spaces.Discrete):
-        return rng.integers(0, 3, vec.num_envs)
-    return rng.uniform(-1, 1, (vec.num_envs, *space.shape)).astype(np.float32)
 
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
@@ -359,101 +343,6 @@ def test_only_after_a_quick_answer_is_the_next_one_waited_for_awake(monkeypatch)
     assert waits(Replies(3)) == 0
     assert own.is_quick
     assert waits(Replies(2)) == 2
-
-
-def test_who_waits_for_a_silent_server_sleeps(own_server):
-    far = swath.remote.make_vec(ENV_ID, 2, connect=own_server.endpoint, attempt_s=0.5, deadline_s=2.0)
-    far.reset(seed=0)
-    own_server.process.send_signal(signal.SIGSTOP)
-    begin_s, begin_work_s = time.monotonic(), time.process_time()
-    with pytest.raises(swath.RemoteTimeout):
-        far.step(np.zeros((2, 1), np.float32))
-    work_s, waited_s = time.process_time() - begin_work_s, time.monotonic() - begin_s
-    own_server.process.send_signal(signal.SIGCONT)
-    assert work_s < 0.25 * waited_s, f"{work_s:.3f} s of work in {waited_s:.3f} s"
-    far.close()
-
-
-@pytest.mark.parametrize("mode", ["NextStep", "Disabled"])
-@pytest.mark.parametrize("kind", ["steer", "target"])
-def test_a_reset_that_was_not_answered_in_time_is_settled_by_a_retry(patient_server, kind, mode):
-    blocks = {"action": {"kind": kind}, "num_envs": 3, "autoreset_mode": mode}
-    here = gym.make_vec(ENV_ID, **blocks)
-    far = swath.remote.make_vec(ENV_ID, connect=patient_server.endpoint, attempt_s=0.3, deadline_s=0.5, **blocks)
-    actions = actions_for(far, np.random.default_rng(0))
-    for seed in (1, 2):
-        patient_server.process.send_signal(signal.SIGSTOP)
-        with pytest.raises(swath.RemoteTimeout):
-            far.reset(seed=seed)
-        patient_server.process.send_signal(signal.SIGCONT)
-        assert same(far.retry(), here.reset(seed=seed))
-        assert all(map(same, here.step(actions), far.step(actions)))
-    far.close()
-
-
-def test_a_mask_does_not_leave_out_environments_of_which_nobody_knows_how_they_stand(server, patient_server):
-    far = swath.remote.make_vec(
-        ENV_ID,
-        2,
-        connect=[server.endpoint, patient_server.endpoint],
-        autoreset_mode="Disabled",
-        attempt_s=0.3,
-        deadline_s=0.5,
-    )
-    far.reset(seed=0)
-    patient_server.process.send_signal(signal.SIGSTOP)
-    with pytest.raises(swath.RemoteTimeout):
-        far.step(np.zeros((2, 1), np.float32))
-    patient_server.process.send_signal(signal.SIGCONT)
-    with pytest.raises(swath.RemoteError, match="retry"):
-        far.reset(options={"reset_mask": np.array([True, False])})
-    far.retry()
-    far.reset(options={"reset_mask": np.array([True, False])})
-    far.close()
-
-
-def test_a_step_that_cannot_be_written_is_not_lost(server):
-    far = swath.remote.make_vec(ENV_ID, 2, connect=server.endpoint, copy=False)
-    here = gym.make_vec(ENV_ID, num_envs=2)
-    observation, _ = far.reset(seed=1)
-    here.reset(seed=1)
-    observation.flags.writeable = False
-    actions = np.zeros((2, 1), np.float32)
-    with pytest.raises(TypeError):
-        far.step(actions)
-    with pytest.raises(swath.RemoteError, match="retry"):
-        far.step(actions)
-    observation.flags.writeable = True
-    assert all(map(same, here.step(actions), far.retry()))
-    far.close()
-
-
-def test_a_call_that_was_interrupted_leaves_environments_that_can_be_reset(server, monkeypatch):
-    far = swath.remote.make_vec(ENV_ID, 4, connect=[server.endpoint] * 2)
-    here = gym.make_vec(ENV_ID, num_envs=4)
-    far.reset(seed=0)
-    batch = far._core
-    take_in = type(batch)._take_in
-
-    def interrupted(self, part, answers, *, waits):
-        if part == 1:
-            raise KeyboardInterrupt
-        return take_in(self, part, answers, waits=waits)
-
-    actions = np.zeros((4, 1), np.float32)
-    with monkeypatch.context() as patch:
-        patch.setattr(type(batch), "_take_in", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            far.step(actions)
-    here.reset(seed=0)
-    assert all(map(same, here.step(actions), far.retry()))
-    with monkeypatch.context() as patch:
-        patch.setattr(type(batch), "_take_in", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            far.step(actions)
-    assert same(far.reset(seed=3), here.reset(seed=3))
-    assert all(map(same, here.step(actions), far.step(actions)))
-    far.close()
 
 
 def test_choices_after_a_restore_are_those_of_the_state_put_back(server):

@@ -7,11 +7,8 @@ what is expected.
 import copy
 import itertools
 import math
-import os
 import pickle
 import re
-import subprocess
-import sys
 
 import gymnasium as gym
 import numpy as np
@@ -134,30 +131,6 @@ def test_the_number_of_threads_changes_nothing(num_envs, mode):
         envs = make(num_envs, mode, num_threads=threads)
         shown.append(play(envs, tape(envs, 40), mode))
         assert_same(shown[-1], shown[0])
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
-def test_a_batch_with_threads_goes_on_in_a_process_that_was_forked():
-    """A forked process has none of the threads."""
-    code = """
-import os, signal, gymnasium as gym, numpy as np, swath
-envs = gym.make_vec("swath/MowerRouting-v0", num_envs=256, num_threads=2)
-envs.reset(seed=1)
-actions = np.zeros((256, 1), np.float32)
-envs.step(actions)
-child = os.fork()
-if child == 0:
-    signal.alarm(20)
-rewards = envs.step(actions)[1]
-print(rewards.tobytes().hex(), flush=True)
-if child == 0:
-    os._exit(0)
-assert os.waitpid(child, 0)[1] == 0
-"""
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert run.returncode == 0, run.stderr
-    one, other = run.stdout.split()
-    assert one == other
 
 
 def test_a_row_does_not_depend_on_the_rows_beside_it():
@@ -449,31 +422,6 @@ def test_infos_can_be_taken_apart_again(mode):
 def test_a_vector_that_cannot_be_is_refused_by_name(keywords, message):
     with pytest.raises(swath.ConfigError, match=re.escape(message)):
         gym.make_vec(ID, **{"num_envs": 1, **keywords})
-
-
-@pytest.mark.skipif(sys.platform != "linux", reason="it reads how much a process uses from /proc")
-def test_more_threads_than_the_system_can_start_are_refused_by_name():
-    """Address space is left for some threads, whose stacks take 2 MiB each, and not for 1,000."""
-    code = """
-import resource, swath
-small = {"pasture": {"length_m": 10.0, "width_m": 10.0}, "weeds": {"count": 1}, "observation": {"kind": "maps"}}
-swath.MowerRoutingVectorEnv(4096, num_threads=2, **small)
-used_b = 4096 * int(open("/proc/self/statm").read().split()[0])
-resource.setrlimit(resource.RLIMIT_AS, (used_b + (1 << 29), resource.RLIM_INFINITY))
-for refused in [
-    lambda: swath.MowerRoutingVectorEnv(4096, num_threads=1000, **small),
-    lambda: swath.evaluate("bcp", instances=2000, jobs=2000),
-]:
-    try:
-        refused()
-    except swath.ConfigError as error:
-        print(error)
-"""
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert run.stdout.splitlines() == [
-        "`num_threads` must be as many as the system can start, got 1000",
-        "`jobs` must be as many as the system can start, got 2000",
-    ], run.stderr
 
 
 def test_the_action_of_a_row_that_only_begins_anew_is_ignored():
