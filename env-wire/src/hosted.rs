@@ -31,7 +31,7 @@ use holdings::{
     bad_snapshot, check_size, check_weeds, most_of, most_weeds, weeds_of, weeds_of_rows,
 };
 
-/// The longest scenario that is read, bytes: to read it takes hundreds of times as much memory.
+/// The longest scenario that is read, bytes: to read it takes far more memory than its text.
 const LARGEST_CONFIG: usize = 2 << 20;
 
 /// The scenarios that can be opened.
