@@ -2,7 +2,7 @@
 //! size of the pasture.
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use swath_benchmarks::{circle, on_known_ground};
+use swath_benchmarks::{SEED, circle, on_known_ground};
 
 /// Round and round on a circle: nothing new is seen or mowed.
 fn known_ground(criterion: &mut Criterion) {
@@ -10,9 +10,9 @@ fn known_ground(criterion: &mut Criterion) {
     for (weeds, length_m, width_m) in
         [(40, 100, 40), (640, 100, 40), (10_000, 100, 40), (160, 1000, 400)]
     {
-        let (mut env, mut observation) = on_known_ground(&format!(
-            "weeds.count = {weeds}\npasture.length_m = {length_m}\npasture.width_m = {width_m}"
-        ));
+        let pasture = format!("pasture.length_m = {length_m}\npasture.width_m = {width_m}");
+        let (mut env, mut observation) =
+            on_known_ground(SEED, &format!("weeds.count = {weeds}\n{pasture}"));
         let label = BenchmarkId::from_parameter(format!("{weeds} weeds, {length_m} x {width_m} m"));
         group.bench_function(label, |bencher| bencher.iter(|| circle(&mut env, &mut observation)));
     }

@@ -12,8 +12,8 @@ pub const SEED: u64 = 7;
 
 /// Steps once round a circle of four times the smallest radius.
 const WIDE_LAP_STEPS: usize = 101;
-/// Steps on the tightest circle after which nothing new is seen or mowed on the way round.
-const LAP_STEPS: usize = 60;
+/// Steps on the tightest circle that bring nothing new once the ground round it is known.
+pub const KNOWN_STEPS: usize = 200;
 
 /// The scenario with the defaults and the keys of `toml` over them.
 #[must_use]
@@ -26,28 +26,47 @@ pub fn scenario(toml: &str) -> ValidScenario {
 /// An environment at the beginning of an episode, and memory for one observation.
 #[must_use]
 pub fn begun(toml: &str) -> (Env, Observation) {
+    begun_with(SEED, toml)
+}
+
+/// The same for a seed.
+fn begun_with(seed: u64, toml: &str) -> (Env, Observation) {
     let mut env = Env::new(&scenario(toml));
-    env.reset(SEED);
+    env.reset(seed);
     let observation = env.observation_spec().rows(1);
     (env, observation)
 }
 
 /// An environment whose mower has looked round from two wide circles, and has gone round a tight one in the middle of the
-/// pasture until nothing is left to mow there: all that can be seen from it is known.
+/// pasture until nothing is left to mow there and all that can be seen from it is known: its next [`KNOWN_STEPS`] steps on
+/// that circle bring nothing new.
 #[must_use]
-pub fn on_known_ground(toml: &str) -> (Env, Observation) {
+pub fn on_known_ground(seed: u64, toml: &str) -> (Env, Observation) {
     let endless = "mower.start = 'centre'\nepisode.budget = inf\npasture.headland_m = inf";
-    let (mut env, mut observation) = begun(&format!("{endless}\n{toml}"));
+    let (mut env, mut observation) = begun_with(seed, &format!("{endless}\n{toml}"));
     for curvature in [0.25, -0.25] {
         for _ in 0..WIDE_LAP_STEPS {
             let step = env.step(Action::Continuous(&[curvature]), observation.as_mut());
             step.expect("the episode runs");
         }
     }
-    for _ in 0..LAP_STEPS {
-        circle(&mut env, &mut observation);
+    loop {
+        let known = news(&env);
+        let mut ahead = env.clone();
+        for _ in 0..KNOWN_STEPS {
+            circle(&mut ahead, &mut observation);
+        }
+        if news(&ahead) == known {
+            return (env, observation);
+        }
+        env = ahead;
     }
-    (env, observation)
+}
+
+/// What only grows, or falls, when something new is met: weeds detected, weeds mowed and cells not seen.
+fn news(env: &Env) -> (u32, usize, usize) {
+    let view = env.view();
+    (view.weeds_detected, view.known_weeds.removed().len(), view.ground.unseen_count())
 }
 
 /// One step on the tightest circle.

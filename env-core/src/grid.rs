@@ -6,7 +6,7 @@ use smallvec::SmallVec;
 use wide::i16x16;
 
 use crate::geometry::{Footprint, Point, Side};
-use crate::math::{floor_index, floor_indices, larger, number, smaller};
+use crate::math::{floor_index, floor_indices, larger, number};
 
 /// Slack that keeps the ranges on the safe side of rounding, metres.
 const SLACK_M: f64 = 1e-6;
@@ -244,8 +244,6 @@ fn rows_within(rows: &Range<usize>, tile: usize) -> u64 {
 const UNITS: f64 = 1500.0;
 /// What rounding to whole units may take away over a tile.
 const SLACK_UNITS: f64 = 16.0;
-/// No cell of a tile is further from its first cell than this, in units; with it twice, 16 bits still hold the sum.
-const FAR_UNITS: f64 = 12_000.0;
 
 /// A side of a footprint in cells: how far a point is on the footprint's side of it, linear in column and row.
 #[derive(Clone, Copy)]
@@ -257,6 +255,9 @@ struct Edge {
     /// How much more a cell has at its centre, and at the corner that has most.
     to_centre: f64,
     to_corner: f64,
+    /// How much more than the first cell of a tile the cell has that has most, and the one that has least.
+    to_most: f64,
+    to_least: f64,
 }
 
 impl Edge {
@@ -265,13 +266,33 @@ impl Edge {
         let (x, y) = (side.gradient.0 * grid.cell_x_m, side.gradient.1 * grid.cell_y_m);
         let scale = UNITS / (x.abs() + y.abs());
         let (per_column, per_row) = (-x * scale, -y * scale);
+        let to_corner = larger(per_column, 0.0) + larger(per_row, 0.0);
         Self {
             at_0: side.level * scale + SLACK_UNITS,
             per_column,
             per_row,
             to_centre: 0.5 * (per_column + per_row),
-            to_corner: larger(per_column, 0.0) + larger(per_row, 0.0),
+            to_corner,
+            to_most: (TILE - 1) as f64 * to_corner,
+            to_least: (TILE - 1) as f64 * (per_column + per_row - to_corner),
         }
+    }
+
+    /// All cells of a tile that are within, of which the first one is so far inside. The edge passes through the tile.
+    #[inline(never)]
+    fn all_within(&self, at_first: f64) -> u64 {
+        // Two rows at a time: what is below 0 is beyond the edge.
+        let columns = i16x16::new([0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7]);
+        let second_row = i16x16::new([0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -1, -1, -1, -1]);
+        let mut at =
+            whole(at_first) + whole(self.per_column) * columns + (whole(self.per_row) & second_row);
+        let two_rows = whole(self.per_row + self.per_row);
+        let mut beyond = 0;
+        for pair in 0..TILE / 2 {
+            beyond |= u64::from(at.to_bitmask()) << (2 * TILE * pair);
+            at += two_rows;
+        }
+        !beyond
     }
 }
 
@@ -318,13 +339,22 @@ impl<const SIDES: usize> Edges<SIDES> {
         cells: u64,
         more: impl Fn(&Edge) -> f64,
     ) -> u64 {
-        let at_first: [f64; SIDES] = std::array::from_fn(|i| at_first[i] + more(&self.0[i]));
+        let edges = &self.0;
+        let at_first: [f64; SIDES] = std::array::from_fn(|i| at_first[i] + more(&edges[i]));
         if are_few(cells) {
             return self.few_within(&at_first, cells);
         }
-        // No cell of the tile has more than this.
-        let is_beyond = |i: usize| at_first[i] + (TILE - 1) as f64 * self.0[i].to_corner < 0.0;
-        if (0..SIDES).any(is_beyond) { 0 } else { cells & self.all_within(&at_first) }
+        let mut within = cells;
+        for (edge, at_first) in self.0.iter().zip(at_first) {
+            if at_first + edge.to_most < 0.0 {
+                return 0;
+            }
+            // Most edges have the whole tile on one side.
+            if at_first + edge.to_least < 0.0 {
+                within &= edge.all_within(at_first);
+            }
+        }
+        within
     }
 
     /// Those of some cells; `at_first` is how far inside the first cell of the tile is.
@@ -343,29 +373,6 @@ impl<const SIDES: usize> Edges<SIDES> {
             cells &= cells - 1;
         }
         within
-    }
-
-    /// All cells of the tile that are within.
-    #[inline(never)]
-    fn all_within(&self, at_first: &[f64; SIDES]) -> u64 {
-        // Two rows at a time: what is below 0 is beyond the edge.
-        let columns = i16x16::new([0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7]);
-        let second_row = i16x16::new([0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -1, -1, -1, -1]);
-        let edges = &self.0;
-        let mut at: [i16x16; SIDES] = std::array::from_fn(|i| {
-            let first = whole(smaller(at_first[i], FAR_UNITS));
-            first + whole(edges[i].per_column) * columns + (whole(edges[i].per_row) & second_row)
-        });
-        let two_rows = edges.map(|edge| whole(edge.per_row + edge.per_row));
-        let mut mask = 0;
-        for pair in 0..TILE / 2 {
-            let beyond = at.iter().fold(i16x16::ZERO, |beyond, &at| beyond | at);
-            mask |= u64::from(beyond.to_bitmask()) << (2 * TILE * pair);
-            for i in 0..SIDES {
-                at[i] += two_rows[i];
-            }
-        }
-        !mask
     }
 }
 
@@ -500,13 +507,6 @@ impl CellSet {
         let bits = words.iter().take(TILE).rev().fold(0, |bits, word| bits << TILE | eighth(word));
         let ninth = words.get(TILE).map_or(0, eighth);
         if shift == 0 { bits } else { bits >> shift | ninth << (64 - shift) }
-    }
-
-    /// How many cells of the set come before bit `bit` of its tile.
-    #[inline]
-    #[must_use]
-    pub(crate) fn rank_in_tile(&self, tile: usize, bit: u32) -> usize {
-        (self.words[tile] & !(u64::MAX << bit)).count_ones() as usize
     }
 
     /// Puts a cell in; returns whether it was not in yet.

@@ -7,7 +7,7 @@ use std::hint::black_box;
 
 use swath_agents::registry::{AGENTS, AgentSpec};
 use swath_agents::runner::run_summary;
-use swath_benchmarks::{SEED, begun, circle, on_known_ground, scenario, snake_lap};
+use swath_benchmarks::{KNOWN_STEPS, SEED, begun, circle, on_known_ground, scenario, snake_lap};
 use swath_core::action::{Action, ActionSpec};
 use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchOptions, StepMut};
 use swath_core::env::{Beginning, Env};
@@ -57,10 +57,18 @@ fn programs() -> Vec<(String, &'static str, Prepare)> {
 
 const LARGE: &str = "weeds.count = 160\npasture.length_m = 1000\npasture.width_m = 400";
 
-/// Steps round a circle on which nothing new is seen or mowed.
+/// Steps round a circle on which nothing new is seen or mowed, among the weeds of one seed after another.
 fn known_ground(toml: &str) -> Work {
-    let (mut env, mut observation) = on_known_ground(toml);
-    (200, Box::new(move || circle(&mut env, &mut observation)))
+    const SEEDS: u64 = 5;
+    let mut pastures: Vec<_> =
+        (SEED..SEED + SEEDS).map(|seed| on_known_ground(seed, toml)).collect();
+    let (steps, mut taken) = (KNOWN_STEPS * pastures.len(), 0);
+    let step = move || {
+        let (env, observation) = &mut pastures[taken / KNOWN_STEPS];
+        taken += 1;
+        circle(env, observation);
+    };
+    (steps, Box::new(step))
 }
 
 /// Steps along a lap of `snake`, from the first to the last.

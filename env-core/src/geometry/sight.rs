@@ -1,5 +1,7 @@
 //! What may be seen on an arc.
 
+use wide::f64x2;
+
 use super::{Footprint, Frame, Side, Triangle};
 use crate::math::{larger, smaller};
 
@@ -9,14 +11,13 @@ const SLACK_M: f64 = 1e-6;
 /// The ground that may be seen on an arc: all triangles along it, and perhaps a little more.
 #[derive(Debug, Clone, Copy)]
 pub struct Sight {
-    /// The corners of the triangles at both ends.
+    /// The corners of the triangles at both ends, of each the apex, the inner one on the turn and the outer one.
     x_m: [f64; 6],
     y_m: [f64; 6],
     /// How far a corner may leave the line between its places at both ends, metres.
     bulge_m: f64,
-    /// The sum of the directions at both ends.
-    towards: (f64, f64),
-    half_width_per_m: f64,
+    /// Which way is out at the right of somebody who goes round: 1, and -1 on a right turn, where the corners are mirrored.
+    outwards: f64,
 }
 
 impl Sight {
@@ -39,15 +40,32 @@ impl Sight {
     ) -> Self {
         // A corner runs on a circle of radius 1/k + reach at most, and leaves its chord by as much as in `BarSweep`.
         let (k, reach_m) = (curvature_per_m.abs(), triangle.reach_m());
-        let (from, to) = (triangle.corners(start), triangle.corners(end));
+        // On the inner side of the turn, and on the outer one.
+        let outwards = if curvature_per_m < 0.0 { -1.0 } else { 1.0 };
+        let (from, to) = (triangle.corners(start, outwards), triangle.corners(end, outwards));
         let corners = [from[0], from[1], from[2], to[0], to[1], to[2]];
         Self {
             x_m: corners.map(|corner| corner.x),
             y_m: corners.map(|corner| corner.y),
             bulge_m: (k + reach_m * k * k) * length_m * length_m / 8.0 + SLACK_M,
-            towards: (start.cos + end.cos, start.sin + end.sin),
-            half_width_per_m: triangle.half_width_per_m(),
+            outwards,
         }
+    }
+
+    /// Two sides, each along the line from one corner to another, as far out as any corner comes.
+    #[inline]
+    fn two_sides(&self, from: [usize; 2], to: [usize; 2]) -> [Side; 2] {
+        /// Where the mower stands still a corner has no path: then any direction will do.
+        const ANY: f64 = 1e-100;
+        let Self { x_m, y_m, bulge_m, outwards } = self;
+        let of = |numbers: &[f64; 6], corners: [usize; 2]| f64x2::new(corners.map(|i| numbers[i]));
+        let x = (of(y_m, to) - of(y_m, from)) * *outwards + ANY;
+        let y = (of(x_m, from) - of(x_m, to)) * *outwards;
+        let along = |i: usize| x * x_m[i] + y * y_m[i];
+        let highest = (1..6).fold(along(0), |highest, i| highest.fast_max(along(i)));
+        let level = highest + (x * x + y * y).sqrt() * *bulge_m;
+        let (x, y, level) = (x.to_array(), y.to_array(), level.to_array());
+        std::array::from_fn(|i| Side { gradient: (x[i], y[i]), level: level[i] })
     }
 }
 
@@ -59,7 +77,7 @@ fn highest(of: [f64; 6]) -> f64 {
     of.into_iter().reduce(larger).unwrap_or_default()
 }
 
-impl Footprint<3> for Sight {
+impl Footprint<4> for Sight {
     #[inline]
     fn x_range(&self) -> (f64, f64) {
         (lowest(self.x_m) - self.bulge_m, highest(self.x_m) + self.bulge_m)
@@ -70,16 +88,14 @@ impl Footprint<3> for Sight {
         (lowest(self.y_m) - self.bulge_m, highest(self.y_m) + self.bulge_m)
     }
 
-    /// The far, the left and the right side for the mean heading; gradients not of length 1.
+    /// Lines round the first apex, the corner on the outer side of the turn at both ends, and the one on its inner side at the
+    /// last: of ground that is visited in vain most is beyond the path of the outer corner, which comes first. Gradients not of
+    /// length 1.
     #[inline]
-    fn sides(&self) -> [Side; 3] {
-        let Self { x_m, y_m, towards: (cos, sin), half_width_per_m: m, bulge_m } = *self;
-        let margin = 2.0 * (1.0 + m) * bulge_m;
-        let side = |gradient: (f64, f64)| {
-            let along = std::array::from_fn(|i| gradient.0 * x_m[i] + gradient.1 * y_m[i]);
-            Side { gradient, level: highest(along) + margin }
-        };
-        [(cos, sin), (-sin - m * cos, cos - m * sin), (sin - m * cos, -cos - m * sin)].map(side)
+    fn sides(&self) -> [Side; 4] {
+        let [corner_path, far] = self.two_sides([2, 5], [5, 4]);
+        let [outer, inner] = self.two_sides([0, 4], [2, 0]);
+        [corner_path, far, outer, inner]
     }
 }
 
@@ -95,13 +111,15 @@ mod tests {
         let triangles = [Triangle::new(7.0, 5.0), Triangle::new(6.0, 0.2), Triangle::new(0.5, 9.0)];
         for turn in 0..40 {
             let curvature_per_m = [0.0, 0.5, -0.5, 1.2][turn % 4];
+            let length_m = if turn < 30 { 0.8 } else { 0.0 };
             let start = Frame::from(Pose::new(3.0, -2.0, turn as f64 * PI / 20.0));
-            let end = start.advanced(curvature_per_m, 0.8);
+            let end = start.advanced(curvature_per_m, length_m);
             for triangle in &triangles {
-                let sight = Sight::along(triangle, &start, &end, curvature_per_m, 0.8);
+                let sight = Sight::along(triangle, &start, &end, curvature_per_m, length_m);
+                assert!(sight.sides().iter().all(|side| side.gradient != (0.0, 0.0)), "{turn}");
                 let ((left, right), (bottom, top)) = (sight.x_range(), sight.y_range());
                 for step in 0..=8 {
-                    let look = start.advanced(curvature_per_m, 0.1 * f64::from(step));
+                    let look = start.advanced(curvature_per_m, length_m * f64::from(step) / 8.0);
                     for point in grid_of_points().filter(|&point| triangle.contains(&look, point)) {
                         assert!(left <= point.x && point.x <= right, "{point}");
                         assert!(bottom <= point.y && point.y <= top, "{point}");

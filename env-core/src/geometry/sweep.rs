@@ -127,22 +127,6 @@ impl BarSweep {
         1.0 + self.radii_from_centre(ahead, left) <= k.abs() * reach_m
     }
 
-    /// Whether ground that the bar passes over may be within a distance of a point. True if in doubt: ground further away may
-    /// be said to be so near, never the other way round.
-    #[must_use]
-    #[inline]
-    pub(crate) fn may_be_within(&self, within_m: f64, point: Point) -> bool {
-        if self.sweeps_backwards {
-            return true;
-        }
-        let within_m = self.border_m + within_m;
-        let (ahead, left) = self.start.offsets_to(point);
-        let (past_end, _) = self.end.offsets_to(point);
-        ahead >= -within_m
-            && past_end <= within_m
-            && self.is_beside(self.half_width_m + within_m, ahead, left)
-    }
-
     /// Whether a point, by its offsets in the start frame, is within a distance of the whole circle that the arc is of.
     #[inline]
     fn is_beside(&self, reach_m: f64, ahead: f64, left: f64) -> bool {
@@ -214,39 +198,5 @@ mod tests {
         assert!(tight.contains(Point::new(-0.05, 0.8)));
         assert!(!tight.contains(Point::new(0.05, 0.8)));
         assert!(!tight.contains(Point::new(-0.4, 0.6)));
-    }
-
-    #[test]
-    fn no_point_near_ground_under_the_bar_is_said_to_be_far_from_it() {
-        let mut met = 0;
-        for (turn, curvature_per_m) in
-            (0_u8..).zip([0.0, 0.1, -0.1, 0.4, -0.4, 0.7, -0.7, 0.95, -0.95, 1.3, -1.3])
-        {
-            let start = Pose::new(0.3, -0.2, 0.7 * f64::from(turn));
-            let swept = BarSweep::new(&Arc { start, curvature_per_m, length_m: 0.8 }, 2.0);
-            for i in -40..40 {
-                for j in -40..40 {
-                    let at = Point::new(0.07 * f64::from(i), 0.07 * f64::from(j));
-                    if !swept.contains(at) {
-                        continue;
-                    }
-                    met += 1;
-                    for (x, y) in [(1.0, 0.0), (-0.6, 0.8), (0.0, -1.0), (0.8, 0.6)] {
-                        let near = Point::new(at.x + 0.18 * x, at.y + 0.18 * y);
-                        assert!(swept.may_be_within(0.18, near), "{near} is near {at}");
-                    }
-                }
-            }
-        }
-        assert!(met > 3000, "{met} points are under the bar");
-        // On a left turn of radius 2 the right end of the bar runs on a circle of radius 3, and the left one on one of 1.
-        let (straight, left) = (sweep(0.0, 0.2, 2.0), sweep(0.5, 1.5, 2.0));
-        let from_centre = |radius_m: f64| Point::new(radius_m * 0.6, 2.0 - radius_m * 0.8);
-        for far in [(0.1, 1.3), (0.1, -1.3), (-0.3, 0.0), (0.5, 0.0)] {
-            assert!(!straight.may_be_within(0.18, Point::new(far.0, far.1)), "{far:?}");
-        }
-        for (radius_m, is_near) in [(0.7, false), (0.9, true), (3.1, true), (3.3, false)] {
-            assert_eq!(left.may_be_within(0.18, from_centre(radius_m)), is_near, "{radius_m}");
-        }
     }
 }

@@ -24,12 +24,6 @@ impl Triangle {
         Self { range_m, half_width_per_m, corner_m }
     }
 
-    /// Half the far side over the depth.
-    #[must_use]
-    pub fn half_width_per_m(&self) -> f64 {
-        self.half_width_per_m
-    }
-
     /// How far the corners of the far side are from the apex, metres.
     #[must_use]
     pub fn reach_m(&self) -> f64 {
@@ -51,12 +45,13 @@ impl Triangle {
         frames.in_cone(point, self.range_m + BORDER_M, self.half_width_per_m, BORDER_M)
     }
 
-    /// The apex, and the left and the right end of the far side, in front of a pose.
+    /// The apex, and the left and the right end of the far side, in front of a pose; the right and the left one if `side` is -1
+    /// instead of 1.
     #[must_use]
     #[inline]
-    pub fn corners(&self, from: &Frame) -> [Point; 3] {
+    pub fn corners(&self, from: &Frame, side: f64) -> [Point; 3] {
         let Frame { pose, cos, sin } = *from;
-        let half_m = self.range_m * self.half_width_per_m;
+        let half_m = side * self.range_m * self.half_width_per_m;
         let (far_x, far_y) = (pose.x_m + self.range_m * cos, pose.y_m + self.range_m * sin);
         let (left_x, left_y) = (half_m * sin, half_m * cos);
         [

@@ -3,12 +3,12 @@
 use smallvec::SmallVec;
 
 use super::ranked::{self, FEW, Ranked};
-use super::rough::RoughPositions;
+use super::rough::{GROUP, RoughPositions};
 use crate::geometry::Point;
 use crate::known::{KnownWeed, KnownWeeds, Window, is_before};
 
 /// How many weeds are remembered at most for each one that is listed.
-const REMEMBERED: usize = 16;
+const REMEMBERED: usize = 12;
 /// A window reaches this much further than it has to, metres; and as a share, for rounding far from the pasture.
 const SPARE_M: f64 = 0.03;
 const SPARE: f64 = 1e-9;
@@ -21,13 +21,11 @@ const SPARE: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub(super) struct NearestWeeds {
     most: usize,
-    /// Those listed last time, in any order.
-    listed: SmallVec<[KnownWeed; FEW]>,
-    /// The same by distance, nearest first.
-    ranks: SmallVec<[Ranked; FEW]>,
-    /// The others that are remembered, and roughly where they stand.
-    others: Vec<KnownWeed>,
+    /// Those remembered, and roughly where they stand: first those that were listed last time, in any order.
+    weeds: Vec<KnownWeed>,
     places: RoughPositions,
+    /// Those listed by distance, nearest first.
+    ranks: SmallVec<[Ranked; FEW]>,
     window: Window,
     next_number: u32,
     removals: usize,
@@ -41,10 +39,9 @@ impl NearestWeeds {
         let nobody = (0.0, KnownWeed { number: 0, position: Point::origin() });
         let mut nearest = Self {
             most,
-            listed: SmallVec::new(),
-            ranks: SmallVec::new(),
-            others: Vec::new(),
+            weeds: Vec::new(),
             places: RoughPositions::with_room(REMEMBERED * most),
+            ranks: SmallVec::new(),
             window: Window::EVERYWHERE,
             next_number: 0,
             removals: 0,
@@ -61,11 +58,11 @@ impl NearestWeeds {
 
     /// Forgets all weeds: the known ones are others now.
     pub(super) fn clear(&mut self) {
-        self.forget_all();
+        self.weeds.clear();
         // A clone has no more room than it holds weeds.
-        self.listed.reserve_exact(self.most);
+        self.weeds.reserve_exact(self.room());
+        self.ranks.clear();
         self.ranks.reserve_exact(self.most);
-        self.others.reserve_exact(self.room());
         self.window = Window::EVERYWHERE;
         self.next_number = 0;
         self.removals = 0;
@@ -87,7 +84,7 @@ impl NearestWeeds {
                 break;
             }
         }
-        self.ranks.iter().map(|ranked| &self.listed[ranked.place()])
+        self.ranks.iter().map(|ranked| &self.weeds[ranked.place()])
     }
 
     /// Whether the window holds all weeds that are not farther than that.
@@ -119,40 +116,21 @@ impl NearestWeeds {
         }
     }
 
-    /// Leaves out a weed, if it is remembered.
+    /// Leaves out a weed, if it is remembered; the last one takes its place.
     #[inline(never)]
     fn forget(&mut self, number: u32) {
-        let is_it = |weed: &KnownWeed| weed.number == number;
-        if let Some(place) = self.listed.iter().position(is_it) {
-            self.listed.swap_remove(place);
-            self.listed.extend(self.others.pop());
-        } else if let Some(place) = self.others.iter().position(is_it) {
-            self.others.swap_remove(place);
-            // The last one has moved there.
-            if let Some(moved) = self.others.get(place) {
-                self.places.write(place, moved.position);
-            }
+        if let Some(place) = self.weeds.iter().position(|weed| weed.number == number) {
+            self.places.swap(place, self.weeds.len() - 1);
+            self.weeds.swap_remove(place);
         }
-    }
-
-    /// Forgets all weeds remembered.
-    fn forget_all(&mut self) {
-        self.listed.clear();
-        self.ranks.clear();
-        self.others.clear();
     }
 
     /// Adds a weed; returns whether there was room.
     fn remember(&mut self, weed: KnownWeed) -> bool {
-        if self.listed.len() < self.most {
-            self.listed.push(weed);
-            return true;
-        }
-        let place = self.others.len();
-        let has_room = self.listed.len() + place < self.room();
+        let has_room = self.weeds.len() < self.room();
         if has_room {
-            self.places.write(place, weed.position);
-            self.others.push(weed);
+            self.places.write(self.weeds.len(), weed.position);
+            self.weeds.push(weed);
         }
         has_room
     }
@@ -160,53 +138,81 @@ impl NearestWeeds {
     /// Lists the nearest of the weeds remembered; returns a squared distance beyond which no weed belongs on the list.
     #[inline]
     fn rank(&mut self, from: Point) -> f64 {
-        let Self { most, listed, ranks, others, places, .. } = self;
+        let listed = self.most.min(self.weeds.len());
+        if self.ranks.len() != listed {
+            self.ranks.resize(listed, Ranked::default());
+        }
+        self.rank_by_numbers(from).unwrap_or_else(|| self.rank_by_weeds(from))
+    }
+
+    /// The same for a few of them, no two of which are too close to tell; else `None`.
+    #[inline]
+    fn rank_by_numbers(&mut self, from: Point) -> Option<f64> {
+        let Self { weeds, places, ranks, .. } = self;
+        let weeds = &mut weeds[..];
+        let ranks = <&mut [Ranked; FEW]>::try_from(&mut ranks[..]).ok()?;
+        *ranks = ranked::sorted(from, weeds.first_chunk()?.each_ref().map(|weed| weed.position));
+        let mut last = ranks[FEW - 1];
+        if weeds.len() > FEW {
+            let near = places.near(from, last.at_most_m2());
+            let groups = &mut places.groups()[..weeds.len().div_ceil(GROUP)];
+            let mut others = !0 << FEW;
+            for group in 0..groups.len() {
+                let mut bits = near.find_in(&groups[group]) & others;
+                others = !0;
+                while bits != 0 {
+                    let bit = bits.trailing_zeros() as usize % GROUP;
+                    bits &= bits - 1;
+                    let place = group * GROUP + bit;
+                    // The last group has room left.
+                    let Some(&weed) = weeds.get(place) else { break };
+                    // It takes the place of the farthest one, which is kept among the others.
+                    let farthest = last.place() % FEW;
+                    let other = Ranked::new((weed.position - from).norm_squared(), farthest);
+                    if other < last {
+                        (weeds[place], weeds[farthest]) = (weeds[farthest], weed);
+                        (groups[group][bit], groups[0][farthest]) =
+                            (groups[0][farthest], groups[group][bit]);
+                        let dropped = last;
+                        last = ranked::replace_last_of_few(ranks, other);
+                        last.is_before(dropped)?;
+                    } else if other == last {
+                        return None;
+                    }
+                }
+            }
+        }
+        ranked::are_few_certain(ranks).then(|| last.at_most_m2())
+    }
+
+    /// The same for any number of them, by asking the weeds themselves where they are too close to tell.
+    #[inline(never)]
+    fn rank_by_weeds(&mut self, from: Point) -> f64 {
+        let Self { most, weeds, places, ranks, .. } = self;
+        let listed = ranks.len();
         let distance_m2 = |weed: &KnownWeed| (weed.position - from).norm_squared();
         let is_weed_before = |one: KnownWeed, other: KnownWeed| {
             is_before(&(distance_m2(&one), one), &(distance_m2(&other), other))
         };
-        let by_weeds = |listed: &[KnownWeed], one: Ranked, other: Ranked| {
-            is_weed_before(listed[one.place()], listed[other.place()])
+        let by_weeds = |weeds: &[KnownWeed], one: Ranked, other: Ranked| {
+            is_weed_before(weeds[one.place()], weeds[other.place()])
         };
-        if ranks.len() != listed.len() {
-            ranks.resize(listed.len(), Ranked::default());
-        }
-        for (place, (rank, weed)) in ranks.iter_mut().zip(listed.iter()).enumerate() {
+        for (place, (rank, weed)) in ranks.iter_mut().zip(weeds.iter()).enumerate() {
             *rank = Ranked::new(distance_m2(weed), place);
         }
-        // As slices: who asks them for a place need not find out each time where they lie.
-        let (listed, ranks, others) = (&mut listed[..], &mut ranks[..], &mut others[..]);
-        ranked::sort(ranks, |one, other| by_weeds(listed, one, other));
+        ranked::sort(ranks, |one, other| by_weeds(weeds, one, other));
         let Some(&(mut last)) = ranks.last() else { return f64::INFINITY };
-        if others.is_empty() {
-            return if listed.len() < *most { f64::INFINITY } else { last.at_most_m2() };
+        if weeds.len() == listed {
+            return if listed < *most { f64::INFINITY } else { last.at_most_m2() };
         }
-        let mut near = places.near(from, last.at_most_m2());
-        let blocks = RoughPositions::blocks(others.len());
-        for block in 0..blocks {
-            let mut bits = places.near_in(block, others.len(), &near);
-            if bits == 0 {
-                continue;
-            }
-            while bits != 0 {
-                let place = RoughPositions::place(block, bits);
-                bits &= bits - 1;
-                // It takes the place of the farthest one, which is kept among the others.
-                let farthest = last.place();
-                let other = Ranked::new(distance_m2(&others[place]), farthest);
-                let is_nearer = other
-                    .is_before(last)
-                    .unwrap_or_else(|| is_weed_before(others[place], listed[farthest]));
-                if is_nearer {
-                    std::mem::swap(&mut listed[farthest], &mut others[place]);
-                    places.write(place, others[place].position);
-                    last = ranked::replace_last(ranks, other, |one, other| {
-                        by_weeds(listed, one, other)
-                    });
-                }
-            }
-            if block + 1 < blocks {
-                near.end = places.end(last.at_most_m2());
+        let near = places.near(from, last.at_most_m2());
+        for place in listed..weeds.len() {
+            let farthest = last.place();
+            if places.is_near(place, &near) && is_weed_before(weeds[place], weeds[farthest]) {
+                weeds.swap(farthest, place);
+                places.swap(farthest, place);
+                let other = Ranked::new(distance_m2(&weeds[farthest]), farthest);
+                last = ranked::replace_last(ranks, other, |one, other| by_weeds(weeds, one, other));
             }
         }
         last.at_most_m2()
@@ -219,7 +225,7 @@ impl NearestWeeds {
         if known.len() <= self.room() {
             return self.extend(Window::EVERYWHERE, known);
         }
-        if self.listed.len() < self.most {
+        if self.weeds.len() < self.most {
             limit_m2 = self.look_up(from, known);
         }
         // So many weeds are within this reach at least.
@@ -239,7 +245,7 @@ impl NearestWeeds {
     /// Takes in the weeds of a window that holds the present one; returns whether there was room.
     fn extend(&mut self, window: Window, known: &KnownWeeds) -> bool {
         if self.window == Window::NOWHERE {
-            self.forget_all();
+            self.weeds.clear();
         }
         let mut has_room = true;
         let before = self.window;
@@ -253,7 +259,7 @@ impl NearestWeeds {
     /// Finds the nearest among all known weeds, and remembers no others; returns the squared distance of the last one.
     fn look_up(&mut self, from: Point, known: &KnownWeeds) -> f64 {
         self.window = Window::NOWHERE;
-        self.forget_all();
+        self.weeds.clear();
         let count = known.nearest(from, &mut self.found);
         for place in 0..count {
             self.remember(self.found[place].1);

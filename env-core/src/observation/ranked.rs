@@ -2,6 +2,8 @@
 
 use wide::f64x2;
 
+use crate::geometry::Point;
+
 /// The lowest bits of a [`Ranked`], which hold its place.
 const PLACES: u64 = (1 << 10) - 1;
 
@@ -9,7 +11,7 @@ const PLACES: u64 = (1 << 10) - 1;
 /// whole numbers each.
 ///
 /// The place takes the lowest bits of the distance, so it is known to 13 digits only.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Ranked(u64);
 
 impl Ranked {
@@ -43,20 +45,63 @@ impl Ranked {
 pub(super) const FEW: usize = 8;
 
 /// Sorts places, the nearest first. `is_before` is asked of those that are too close to tell.
-#[inline]
 pub(super) fn sort(places: &mut [Ranked], is_before: impl Fn(Ranked, Ranked) -> bool) {
-    if let Ok(eight) = <&mut [Ranked; FEW]>::try_from(&mut *places) {
-        // As positive numbers they are sorted as they are as whole ones.
-        let numbers = eight.map(|place| f64::from_bits(place.0));
-        *eight = sorted(numbers).map(|number| Ranked(number.to_bits()));
-    } else {
+    if places.len() > FEW {
         places.sort_unstable_by_key(|place| place.0);
     }
-    if places.windows(2).any(|pair| pair[0].is_before(pair[1]).is_none()) {
-        for rank in 1..places.len() {
-            move_forward(&mut places[..=rank], &is_before);
-        }
+    for rank in 1..places.len() {
+        move_forward(&mut places[..=rank], &is_before);
     }
+}
+
+/// A few places by their distance to a point, the nearest first; those too close to tell come in any order.
+#[inline]
+pub(super) fn sorted(from: Point, positions: [Point; FEW]) -> [Ranked; FEW] {
+    let from = f64x2::new([from.x, from.y]);
+    let pairs = std::array::from_fn(|pair| {
+        let squares = |place: usize| {
+            let offset = f64x2::new([positions[place].x, positions[place].y]) - from;
+            (offset * offset).to_array()
+        };
+        let (one, other) = (squares(2 * pair), squares(2 * pair + 1));
+        let distance_m2 = f64x2::new([one[0], other[0]]) + f64x2::new([one[1], other[1]]);
+        let place = [2 * pair as u64, 2 * pair as u64 + 1].map(f64::from_bits);
+        distance_m2 & f64x2::splat(f64::from_bits(!PLACES)) | f64x2::new(place)
+    });
+    // As positive numbers they are sorted as they are as whole ones.
+    in_sequence(pairs).map(|number| Ranked(number.to_bits()))
+}
+
+/// Whether no two neighbours among a few are too close to tell.
+#[inline]
+pub(super) fn are_few_certain(places: &[Ranked; FEW]) -> bool {
+    let numbers = |first: usize| {
+        f64x2::new([places[first], places[first + 1]].map(|place| f64::from_bits(place.0)))
+    };
+    let distances = f64x2::splat(f64::from_bits(!PLACES));
+    let is_before = |first: usize, second: usize| {
+        (numbers(first) & distances).simd_lt(numbers(second) & distances)
+    };
+    let all = is_before(0, 1) & is_before(2, 3) & is_before(4, 5) & is_before(5, 6);
+    all.all()
+}
+
+/// Puts a place, which is nearer than the last one, into a sorted list of a few, whose last one is left out; returns which is
+/// the last one now.
+#[inline]
+pub(super) fn replace_last_of_few(places: &mut [Ranked; FEW], place: Ranked) -> Ranked {
+    // Where it belongs nothing is less than the one before, and the farther ones move on: no branch is needed.
+    let numbers = places.map(|place| f64::from_bits(place.0));
+    let number = f64x2::splat(f64::from_bits(place.0));
+    for first in (0..FEW).step_by(2) {
+        let before = if first == 0 { 0.0 } else { numbers[first - 1] };
+        let [one, other] = f64x2::new([before, numbers[first]])
+            .fast_max(f64x2::new([numbers[first], numbers[first + 1]]).fast_min(number))
+            .to_array();
+        places[first] = Ranked(one.to_bits());
+        places[first + 1] = Ranked(other.to_bits());
+    }
+    places[FEW - 1]
 }
 
 /// Puts a place into a sorted list, whose last one is left out; returns which is the last one now.
@@ -88,10 +133,8 @@ fn move_forward(places: &mut [Ranked], is_before: &impl Fn(Ranked, Ranked) -> bo
 
 /// Numbers sorted by comparing fixed pairs of them, two pairs at once: no processor could foresee which way they turn out.
 #[inline]
-fn sorted(numbers: [f64; FEW]) -> [f64; FEW] {
+fn in_sequence(mut column: [f64x2; FEW / 2]) -> [f64; FEW] {
     // Two columns of four, each sorted.
-    let mut column: [f64x2; 4] =
-        std::array::from_fn(|i| f64x2::new([numbers[2 * i], numbers[2 * i + 1]]));
     for (one, other) in [(0, 2), (1, 3), (0, 1), (2, 3), (1, 2)] {
         (column[one], column[other]) = in_order(column[one], column[other]);
     }
@@ -153,6 +196,54 @@ mod tests {
                 sort(&mut places, |one, other| one.place() < other.place());
                 assert_eq!(places.iter().map(|place| place.0).collect::<Vec<_>>(), expected);
             }
+        }
+    }
+
+    /// Some of them as far away as each other.
+    fn around(from: Point, rng: &mut StreamRng) -> [Point; FEW] {
+        std::array::from_fn(|_| {
+            let mut at = || (8.0 * uniform(rng)).round() - 4.0;
+            Point::new(from.x + at(), from.y + at())
+        })
+    }
+
+    #[test]
+    fn a_few_are_sorted_by_the_distance_that_each_of_them_has() {
+        let (mut rng, mut ties) = (stream(4, Stream::Weeds), 0);
+        for _ in 0..2000 {
+            let from = Point::new(9.0 * uniform(&mut rng), 9.0 * uniform(&mut rng));
+            let positions = around(from, &mut rng);
+            let distance_m2 = |place: usize| (positions[place] - from).norm_squared();
+            let places = sorted(from, positions);
+            let mut expected: Vec<Ranked> =
+                (0..FEW).map(|place| Ranked::new(distance_m2(place), place)).collect();
+            expected.sort_unstable();
+            assert_eq!(places[..], expected[..]);
+            let is_certain = places.windows(2).all(|pair| pair[0].is_before(pair[1]).is_some());
+            assert_eq!(are_few_certain(&places), is_certain);
+            ties += usize::from(!is_certain);
+        }
+        assert!((100..1900).contains(&ties), "{ties} of 2000 have some too close to tell");
+    }
+
+    #[test]
+    fn a_nearer_place_takes_the_last_ones_and_stands_where_it_belongs() {
+        let mut rng = stream(5, Stream::Weeds);
+        for _ in 0..2000 {
+            let from = Point::origin();
+            let mut few = sorted(
+                from,
+                std::array::from_fn(|_| {
+                    Point::new(9.0 * uniform(&mut rng), 9.0 * uniform(&mut rng))
+                }),
+            );
+            let last = few[FEW - 1];
+            let nearer = Ranked::new(last.at_most_m2() * uniform(&mut rng), last.place());
+            let mut expected = few.to_vec();
+            expected[FEW - 1] = nearer;
+            expected.sort_unstable();
+            assert_eq!(replace_last_of_few(&mut few, nearer), expected[FEW - 1]);
+            assert_eq!(few[..], expected[..]);
         }
     }
 

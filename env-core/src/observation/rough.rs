@@ -13,9 +13,8 @@ const UNITS: f64 = 30_000.0;
 const SLACK_UNITS: f64 = 1.7;
 /// A number so large has no bits left for a fraction; its lowest ones are those of the whole number.
 const NO_FRACTION: f64 = 1.5 * (1_u64 << 52) as f64;
-/// Positions of a block, those that are compared at once, and those of a vector.
-const BLOCK: usize = 64;
-const GROUP: usize = 16;
+/// Positions of a group, which are compared at once, and those of a vector.
+pub(super) const GROUP: usize = 16;
 const VECTOR: usize = 8;
 
 /// Positions on a pasture in whole units, each in a place of its own; those off the pasture are moved onto its border, which
@@ -23,21 +22,18 @@ const VECTOR: usize = 8;
 #[derive(Debug, Clone)]
 pub(super) struct RoughPositions {
     units_per_m: f64,
-    blocks: SmallVec<[Block; NEAR_BLOCKS]>,
+    /// Whole groups.
+    places: SmallVec<[[i16; 2]; NEAR_PLACES]>,
 }
 
-/// So many blocks lie within, and no further memory has to be fetched: those of eight weeds that are listed.
-const NEAR_BLOCKS: usize = 2;
-
-/// Positions in vectors, each x and y in turn.
-type Block = [[[i16; 2 * VECTOR]; GROUP / VECTOR]; BLOCK / GROUP];
+/// So many places lie within, and no further memory has to be fetched: those of eight weeds that are listed.
+const NEAR_PLACES: usize = 96;
 
 impl RoughPositions {
     /// Room for so many.
     pub(super) fn with_room(positions: usize) -> Self {
-        let blocks = Self::blocks(positions);
-        let nobody = [[[0; 2 * VECTOR]; GROUP / VECTOR]; BLOCK / GROUP];
-        Self { units_per_m: 0.0, blocks: SmallVec::from_elem(nobody, blocks) }
+        let places = positions.next_multiple_of(GROUP);
+        Self { units_per_m: 0.0, places: SmallVec::from_elem([0; 2], places) }
     }
 
     /// Chooses the unit for a pasture of that size; the positions so far lose their meaning.
@@ -47,59 +43,34 @@ impl RoughPositions {
 
     /// Writes a position.
     pub(super) fn write(&mut self, place: usize, position: Point) {
-        let [x, y] = self.in_units(position);
-        let at = 2 * (place % VECTOR);
-        let group = &mut self.blocks[place / BLOCK][place % BLOCK / GROUP];
-        let vector = &mut group[place % GROUP / VECTOR];
-        vector[at] = x;
-        vector[at + 1] = y;
+        self.places[place] = self.in_units(position);
     }
 
-    /// How many blocks the first `places` are in.
-    #[inline]
-    pub(super) fn blocks(places: usize) -> usize {
-        places.div_ceil(BLOCK)
+    /// Exchanges the positions of two places.
+    pub(super) fn swap(&mut self, one: usize, other: usize) {
+        self.places.swap(one, other);
     }
 
-    /// The place that the lowest of a block's bits stands for.
+    /// The positions, group by group.
     #[inline]
-    pub(super) fn place(block: usize, bits: u64) -> usize {
-        block * BLOCK + bits.trailing_zeros() as usize
+    pub(super) fn groups(&mut self) -> &mut [[[i16; 2]; GROUP]] {
+        self.places.as_chunks_mut().0
+    }
+
+    /// Whether a position is perhaps near.
+    pub(super) fn is_near(&self, place: usize, near: &Near) -> bool {
+        near.find_in(&self.places.as_chunks().0[place / GROUP]) >> (place % GROUP) & 1 == 1
     }
 
     /// All within a distance of a point.
     #[inline]
     pub(super) fn near(&self, point: Point, within_m2: f64) -> Near {
         let [x, y] = self.in_units(point);
+        let units = within_m2.sqrt() * self.units_per_m + SLACK_UNITS;
         Near {
             at: i16x16::new([x, y, x, y, x, y, x, y, x, y, x, y, x, y, x, y]),
-            end: self.end(within_m2),
+            end: i32x8::splat(whole(smaller(units * units, f64::from(i32::MAX)))),
         }
-    }
-
-    /// The squared distance in units from which on a position is certainly farther than that.
-    #[inline]
-    pub(super) fn end(&self, within_m2: f64) -> i32x8 {
-        let units = within_m2.sqrt() * self.units_per_m + SLACK_UNITS;
-        i32x8::splat(whole(smaller(units * units, f64::from(i32::MAX))))
-    }
-
-    /// Which of the first `places` are perhaps near, as bits of a block that holds some of them.
-    #[inline]
-    pub(super) fn near_in(&self, block: usize, places: usize, near: &Near) -> u64 {
-        let mut bits = 0;
-        for (first, group) in (block * BLOCK..places).step_by(GROUP).zip(&self.blocks[block]) {
-            // What is below 0 has its highest bit set, which narrowing leaves.
-            let [a, b] = group.map(|vector| {
-                let offset = i16x16::new(vector) - near.at;
-                i16x8::from_i32x8_saturate(offset.dot(offset) - near.end).to_array()
-            });
-            let both: [i16; GROUP] =
-                std::array::from_fn(|i| if i < VECTOR { a[i] } else { b[i - VECTOR] });
-            bits |= u64::from(i16x16::new(both).to_bitmask()) << (first % BLOCK);
-        }
-        let left = places - block * BLOCK;
-        if left < BLOCK { bits & !(u64::MAX << left) } else { bits }
     }
 
     #[inline]
@@ -114,7 +85,25 @@ impl RoughPositions {
 /// The ground within a distance of a point.
 pub(super) struct Near {
     at: i16x16,
-    pub(super) end: i32x8,
+    /// From this squared distance in units on a position is certainly farther.
+    end: i32x8,
+}
+
+impl Near {
+    /// Which positions of a group are perhaps near, as bits.
+    #[inline]
+    pub(super) fn find_in(&self, group: &[[i16; 2]; GROUP]) -> u32 {
+        // What is below 0 has its highest bit set, which narrowing leaves.
+        let below = |places: &[[i16; 2]]| {
+            let vector = places.as_flattened().try_into().expect("16 numbers");
+            let offset = i16x16::new(vector) - self.at;
+            i16x8::from_i32x8_saturate(offset.dot(offset) - self.end).to_array()
+        };
+        let (one, other) = (below(&group[..VECTOR]), below(&group[VECTOR..]));
+        let both: [i16; GROUP] =
+            std::array::from_fn(|i| if i < VECTOR { one[i] } else { other[i - VECTOR] });
+        i16x16::new(both).to_bitmask()
+    }
 }
 
 /// A number that 32 bits hold, rounded to a whole one.
@@ -141,13 +130,13 @@ mod tests {
             let (from, position) = (somewhere(f64::from(place)), somewhere(f64::from(place)));
             rough.write(0, position);
             let near = rough.near(from, (position - from).norm_squared());
-            assert_eq!(rough.near_in(0, 1, &near), 1, "{position} from {from}");
+            assert!(rough.is_near(0, &near), "{position} from {from}");
         }
         // On either side of where rounding goes up.
         let (from, position) = (Point::new(0.499, 0.499), Point::new(0.501, 0.501));
         rough.write(0, position);
         let near = rough.near(from, (position - from).norm_squared());
-        assert_eq!(rough.near_in(0, 1, &near), 1);
+        assert!(rough.is_near(0, &near));
     }
 
     #[test]
@@ -174,8 +163,7 @@ mod tests {
                 let near = rough.near(from, sorted[12]);
                 let mut found = 0;
                 for (place, distance_m2) in distances_m2.enumerate() {
-                    let is_near =
-                        rough.near_in(place / BLOCK, 40, &near) >> (place % BLOCK) & 1 == 1;
+                    let is_near = rough.is_near(place, &near);
                     assert!(is_near || distance_m2 > sorted[12], "{place} from {from}");
                     found += usize::from(is_near);
                 }

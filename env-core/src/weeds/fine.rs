@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::geometry::{Footprint, Point};
 use crate::grid::{EVERY_ROW, Grid, TILE};
-use crate::math::{floor_index, floor_indices, number, smaller};
+use crate::math::{floor_index, floor_indices, smaller};
 
 /// Fine cells along either side of a cell, as a power of two; fewer where a pasture would have more of them than that.
 const FINEST: u32 = 2;
@@ -21,9 +21,6 @@ pub(super) struct FineCells {
     /// For x and y: how many there are in a metre, and the last one.
     per_m: [f64; 2],
     last: [usize; 2],
-    /// Their size along x and y, and the way from the middle to a corner, metres.
-    size_m: [f64; 2],
-    to_corner_m: f64,
     tile_columns: usize,
     /// A word a tile, tiles row by row, and within a tile the fine cells row by row, lowest bit first.
     words: Vec<u64>,
@@ -50,14 +47,10 @@ impl FineCells {
         let per_m = grid.in_cells(fine, fine);
         let counts = [grid.columns() << power, grid.rows() << power];
         let [tile_columns, tile_rows] = counts.map(|count| count.div_ceil(TILE));
-        let cell_m = grid.cell_m();
-        let size_m = [cell_m.0 / fine, cell_m.1 / fine];
         Self {
             power,
             per_m: [per_m.0, per_m.1],
             last: counts.map(|count| count - 1),
-            size_m,
-            to_corner_m: 0.5 * size_m[0].hypot(size_m[1]) + SLACK_M,
             tile_columns,
             words: vec![0; tile_columns * tile_rows],
         }
@@ -103,49 +96,67 @@ impl FineCells {
         (columns, rows)
     }
 
-    /// Calls `visit` with each fine cell of the set in a box where `may_be_met`, asked for the distance from a point that
-    /// all of it lies within, says so: the column and row of the cell that it belongs to, and its own bit.
+    /// Calls `visit` with each fine cell of the set in a box: the column and row of the cell that it belongs to, and its own
+    /// bit.
     #[inline]
-    #[expect(clippy::cast_possible_truncation, reason = "a word has 64 bits")]
-    pub(super) fn for_each_within(
+    pub(super) fn for_each_in(
         &self,
         FineBox([[first_column, last_column], [first_row, last_row]]): FineBox,
-        may_be_met: impl Fn(f64, Point) -> bool,
         mut visit: impl FnMut((usize, usize), u8),
     ) {
         let (left, right) = (first_column / TILE, last_column / TILE);
         let (bottom, top) = (first_row / TILE, last_row / TILE);
         let in_left = ((0xff << (first_column % TILE)) & 0xff) * EVERY_ROW;
         let in_right = (0xff >> (TILE - 1 - last_column % TILE)) * EVERY_ROW;
-        let mut in_rows = u64::MAX << (TILE * (first_row % TILE));
-        // Inclusive ranges would take twice as long.
-        let (tile_rows, tile_columns) = (bottom..top + 1, left..right + 1);
-        for tile_row in tile_rows {
-            if tile_row == top {
-                in_rows &= u64::MAX >> (TILE * (TILE - 1 - last_row % TILE));
+        let in_bottom = u64::MAX << (TILE * (first_row % TILE));
+        let in_top = u64::MAX >> (TILE * (TILE - 1 - last_row % TILE));
+        let mut visit_tile = |column: usize, row: usize, within: u64| {
+            let bits = self.words[row * self.tile_columns + column] & within;
+            if bits != 0 {
+                self.for_each_of((column, row), bits, &mut visit);
             }
-            let start = tile_row * self.tile_columns;
-            let mut within = in_rows & in_left;
-            for tile_column in tile_columns.clone() {
-                if tile_column == right {
-                    within &= in_right;
-                }
-                let mut bits = self.words[start + tile_column] & within;
-                while bits != 0 {
-                    let bit = bits.trailing_zeros() as u8;
-                    bits &= bits - 1;
-                    let (column, row) = (usize::from(bit) % TILE, usize::from(bit) / TILE);
-                    let (column, row) = (tile_column * TILE + column, tile_row * TILE + row);
-                    let [x_m, y_m] = self.size_m;
-                    let middle =
-                        Point::new((number(column) + 0.5) * x_m, (number(row) + 0.5) * y_m);
-                    if may_be_met(self.to_corner_m, middle) {
-                        visit((column >> self.power, row >> self.power), bit);
-                    }
-                }
-                within = in_rows;
+        };
+        let (across, up) = (right.wrapping_sub(left), top.wrapping_sub(bottom));
+        if across < 2 && up < 2 {
+            // Mostly there are four tiles at most; those that are the same have all their cells in the first one's turn.
+            let (in_left, in_right) =
+                if across == 0 { (in_left & in_right, 0) } else { (in_left, in_right) };
+            let (in_bottom, in_top) =
+                if up == 0 { (in_bottom & in_top, 0) } else { (in_bottom, in_top) };
+            visit_tile(left, bottom, in_left & in_bottom);
+            visit_tile(right, bottom, in_right & in_bottom);
+            visit_tile(left, top, in_left & in_top);
+            visit_tile(right, top, in_right & in_top);
+            return;
+        }
+        let within = |at: usize, first: (usize, u64), last: (usize, u64)| {
+            let only = |(tile, cells): (usize, u64)| if at == tile { cells } else { u64::MAX };
+            only(first) & only(last)
+        };
+        for row in bottom..=top {
+            let in_rows = within(row, (bottom, in_bottom), (top, in_top));
+            for column in left..=right {
+                let in_columns = within(column, (left, in_left), (right, in_right));
+                visit_tile(column, row, in_columns & in_rows);
             }
-            in_rows = u64::MAX;
+        }
+    }
+
+    /// The same for these bits of a tile. Kept apart, or the way past tiles without any would be longer.
+    #[inline(never)]
+    #[expect(clippy::cast_possible_truncation, reason = "a word has 64 bits")]
+    fn for_each_of(
+        &self,
+        (tile_column, tile_row): (usize, usize),
+        mut bits: u64,
+        visit: &mut impl FnMut((usize, usize), u8),
+    ) {
+        while bits != 0 {
+            let bit = bits.trailing_zeros() as u8;
+            bits &= bits - 1;
+            let (column, row) = (usize::from(bit) % TILE, usize::from(bit) / TILE);
+            let (column, row) = (tile_column * TILE + column, tile_row * TILE + row);
+            visit((column >> self.power, row >> self.power), bit);
         }
     }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::geometry::Point;
-use crate::grid::{Cell, CellSet, Grid};
+use crate::grid::{Cell, Grid, TILE};
 
 /// A weed as the index keeps it.
 #[derive(Debug, Clone, Copy)]
@@ -29,27 +29,51 @@ pub(super) struct State {
 pub(super) struct CellIndex {
     /// Weeds sorted by tile, bit and number.
     by_cell: Vec<IndexedWeed>,
-    /// Cells with a weed; for each of them, in order, its first place in `by_cell`, and behind the last one the end.
-    occupied: CellSet,
+    tiles: Vec<Tile>,
+    /// For each cell with a weed, in order, its first place in `by_cell`, and behind the last one the end.
     cell_first: Vec<u32>,
-    /// For each word of `occupied` how many cells come before it.
-    word_first: Vec<u32>,
     /// Tile and bit of each weed's cell, and its state; of use only while the index is built.
     place_of: Vec<(usize, u32, State)>,
+}
+
+/// What the index knows of a tile.
+#[derive(Debug, Clone, Copy, Default)]
+struct Tile {
+    /// Its cells with a weed, row by row, lowest bit first.
+    occupied: u64,
+    /// How many of them come before each row.
+    before_row: [u8; TILE],
+    /// How many cells with a weed come before its first one.
+    first: u32,
+}
+
+/// How many bits each byte has set: where a processor is not known to count bits, this takes half the instructions.
+const ONES: [u8; 256] = {
+    let mut ones = [0; 256];
+    let mut byte = 1;
+    while byte < 256 {
+        ones[byte] = ones[byte / 2] + [0, 1][byte % 2];
+        byte += 1;
+    }
+    ones
+};
+
+impl Tile {
+    /// How many cells with a weed come before that of a bit.
+    #[inline]
+    fn rank(&self, bit: u32) -> usize {
+        let (row, column) = (bit as usize / TILE, bit as usize % TILE);
+        let before = self.occupied.to_le_bytes()[row] & !(u8::MAX << column);
+        self.first as usize + usize::from(self.before_row[row] + ONES[usize::from(before)])
+    }
 }
 
 impl CellIndex {
     /// No weed.
     pub(super) fn none(grid: &Grid) -> Self {
-        let occupied = CellSet::empty(grid);
-        let word_first = vec![0; occupied.words().len()];
-        Self {
-            by_cell: Vec::new(),
-            occupied,
-            cell_first: vec![0],
-            word_first,
-            place_of: Vec::new(),
-        }
+        let (across, up) = grid.tiles();
+        let tiles = vec![Tile::default(); across * up];
+        Self { by_cell: Vec::new(), tiles, cell_first: vec![0], place_of: Vec::new() }
     }
 
     /// Sorts weeds anew, and calls `visit` with each of them and its cell, which returns its state.
@@ -59,25 +83,32 @@ impl CellIndex {
         positions: &[Point],
         mut visit: impl FnMut(usize, Cell) -> State,
     ) {
-        let Self { by_cell, occupied, cell_first, word_first, place_of } = self;
-        occupied.clear();
+        let Self { by_cell, tiles, cell_first, place_of } = self;
+        tiles.fill(Tile::default());
         place_of.clear();
         place_of.extend(positions.iter().enumerate().map(|(weed, &position)| {
             let cell = grid.cell_at(position);
-            occupied.insert(cell);
+            tiles[cell.tile].occupied |= 1 << cell.bit;
             (cell.tile, cell.bit, visit(weed, cell))
         }));
         let mut cells = 0;
-        for (first, word) in word_first.iter_mut().zip(occupied.words()) {
-            *first = cells;
-            cells += word.count_ones();
+        for tile in tiles.iter_mut() {
+            if tile.occupied != 0 {
+                tile.first = cells;
+                let mut before = 0;
+                for (row, occupied) in tile.occupied.to_le_bytes().into_iter().enumerate() {
+                    tile.before_row[row] = before;
+                    before += ONES[usize::from(occupied)];
+                }
+                cells += u32::from(before);
+            }
         }
         // How many weeds each cell has; summed up, the place behind its last one.
         cell_first.clear();
         cell_first.reserve(positions.len() + 1);
         cell_first.resize(cells as usize + 1, 0);
         for (tile, bit, _) in place_of.iter_mut() {
-            let rank = word_first[*tile] as usize + occupied.rank_in_tile(*tile, *bit);
+            let rank = tiles[*tile].rank(*bit);
             cell_first[rank] += 1;
             *tile = rank;
         }
@@ -113,8 +144,8 @@ impl CellIndex {
 
     #[inline]
     fn places(&self, cell: Cell) -> Range<usize> {
-        let rank = self.occupied.rank_in_tile(cell.tile, cell.bit);
-        let cell = self.word_first[cell.tile] as usize + rank;
-        self.cell_first[cell] as usize..self.cell_first[cell + 1] as usize
+        let rank = self.tiles[cell.tile].rank(cell.bit);
+        let [first, end] = self.cell_first[rank..][..2] else { unreachable!("an end follows") };
+        first as usize..end as usize
     }
 }

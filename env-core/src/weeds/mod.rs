@@ -32,7 +32,12 @@ pub struct Weeds {
     /// Cells that hold a weed not mowed.
     unmowed_cells: CellSet,
     unmowed_fine: FineCells,
+    /// Whether so many weeds were planted that almost every bar passes near one.
+    is_dense: bool,
 }
+
+/// So many weeds a cell are dense.
+const DENSE: f64 = 0.5;
 
 impl Weeds {
     /// A pasture without weeds.
@@ -47,6 +52,7 @@ impl Weeds {
             undetected_cells: cells.clone(),
             unmowed_cells: cells,
             unmowed_fine: FineCells::empty(&grid),
+            is_dense: false,
             grid,
         }
     }
@@ -79,6 +85,7 @@ impl Weeds {
     /// Builds the index from positions, and the sets of cells from flags.
     fn index(&mut self) {
         let Self { grid, positions, is_detected, is_mowed, index, .. } = self;
+        self.is_dense = positions.len() as f64 > DENSE * grid.cells() as f64;
         let (undetected, unmowed) = (&mut self.undetected_cells, &mut self.unmowed_cells);
         undetected.clear();
         unmowed.clear();
@@ -104,8 +111,10 @@ impl Weeds {
         let grid = &self.grid;
         ahead.clear();
         let Some(near) = self.unmowed_fine.around(sweep) else { return };
-        let mut has_weeds = false;
-        let (unseen, standing) = (ground.unseen().words(), self.unmowed_cells.words());
+        // Where weeds stand everywhere it is not worth asking whether there is one.
+        let mut has_weeds = self.is_dense;
+        let unseen = ground.unseen().words();
+        let standing = if has_weeds { unseen } else { self.unmowed_cells.words() };
         let words = |tile: usize| (unseen[tile], standing[tile]);
         grid.for_each_in_box(self.unmowed_fine.cells_of(near), words, |tile, unseen, weeds| {
             has_weeds |= weeds != 0;
@@ -115,8 +124,7 @@ impl Weeds {
             });
         });
         if has_weeds {
-            let may_be_met = |within_m, middle| sweep.may_be_within(within_m, middle);
-            self.unmowed_fine.for_each_within(near, may_be_met, |cell, fine_bit| {
+            self.unmowed_fine.for_each_in(near, |cell, fine_bit| {
                 self.find_in_fine(cell, fine_bit, sweep, &mut ahead.weeds);
             });
             if ahead.weeds.len() > 1 {
@@ -125,9 +133,8 @@ impl Weeds {
         }
     }
 
-    /// Adds the standing weeds of a fine cell that a bar passes over. Kept apart, or the way to a cell without any would be
-    /// longer.
-    #[inline(never)]
+    /// Adds the standing weeds of a fine cell that a bar passes over.
+    #[inline]
     fn find_in_fine(
         &self,
         (column, row): (usize, usize),
