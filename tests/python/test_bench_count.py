@@ -51,7 +51,9 @@ def test_a_program_that_is_new_or_gone_is_refused():
 
 
 @pytest.mark.parametrize(("dearest", "is_refused"), [(1150, False), (1151, True)])
-@pytest.mark.parametrize("cheap_and_dear", [(cheap, dear) for pair in table.ALIKE for cheap, dear in (pair, pair[::-1])])
+@pytest.mark.parametrize(
+    "cheap_and_dear", [(cheap, dear) for pair in table.ALIKE for cheap, dear in (pair, pair[::-1])]
+)
 def test_steps_over_known_ground_may_not_differ_by_more_than_fifteen_percent(cheap_and_dear, dearest, is_refused):
     cheap, dear = cheap_and_dear
     instructions = dict.fromkeys((name for pair in table.ALIKE for name in pair), 1000) | {dear: dearest}

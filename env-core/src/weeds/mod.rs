@@ -184,12 +184,12 @@ impl Weeds {
                 }
             });
         });
-        // By place, since the order in which weeds were drawn is nobody's business. Coordinates are positive: their bits are
-        // sorted as they are.
+        // By place, since the order in which weeds were drawn is nobody's business. Coordinates are positive, once -0 has become
+        // 0: their bits are sorted as they are.
         if found.len() > 1 {
             found.sort_unstable_by_key(|&(weed, _)| {
                 let at = positions[weed as usize];
-                (at.x.to_bits(), at.y.to_bits(), weed)
+                ((at.x + 0.0).to_bits(), (at.y + 0.0).to_bits(), weed)
             });
         }
     }
