@@ -28,7 +28,12 @@ impl AgentSpec {
     /// Reads `name` with options, or without options the text `name:key=value:key=value`.
     #[new]
     #[pyo3(signature = (name, options=None))]
-    fn new(name: &str, options: Option<&Bound<PyDict>>) -> Result<Self, Error> {
+    fn new(name: &Bound<PyAny>, options: Option<&Bound<PyDict>>) -> Result<Self, Error> {
+        let text: Result<String, _> = name.extract();
+        let name = &*text.map_err(|_| {
+            let got = name.repr().map_or_else(|_| "something else".to_owned(), |r| r.to_string());
+            ConfigError::value("agent", "a name such as `snake` or `bcp:spacing=sensor`", got)
+        })?;
         let spec = match options.filter(|options| !options.is_empty()) {
             None => name.parse()?,
             Some(_) if name.contains(':') => {

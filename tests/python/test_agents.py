@@ -163,6 +163,7 @@ def test_options_are_keywords_or_part_of_the_name():
             {},
             f"`agent` must be one of {', '.join(NAMES)}, got `jmup`; did you mean `jump`?",
         ),
+        (None, {}, "`agent` must be a name such as `snake` or `bcp:spacing=sensor`, got None"),
         ("bcp", {"spacng": "deck"}, "`bcp.spacng` is not a known key; did you mean `bcp.spacing`?"),
         ("bcp", {"spacing": "wide"}, "`bcp.spacing` must be `deck` or `sensor`, got `wide`"),
         ("jump", {"spacing": "deck"}, "`jump.spacing` is not a known key"),

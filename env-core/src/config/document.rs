@@ -217,5 +217,9 @@ fn sweep_entry(entry: Value) -> Result<SweepEntry, ConfigError> {
         }
     }
     let name = name.ok_or_else(|| ConfigError::value("sweep.name", "a string", "none"))?;
+    if axes.is_empty() {
+        let expected = "a name and lists of values, such as \"weeds.count\" = [20, 40]";
+        return Err(ConfigError::value("sweep", expected, format!("`{name}` without any list")));
+    }
     Ok(SweepEntry { name, axes })
 }

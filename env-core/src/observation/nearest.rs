@@ -148,7 +148,10 @@ impl NearestWeeds {
     /// The same for a few of them, no two of which are too close to tell; else `None`.
     #[inline]
     fn rank_by_numbers(&mut self, from: Point) -> Option<f64> {
-        let Self { weeds, places, ranks, .. } = self;
+        let Self { most, weeds, places, ranks, .. } = self;
+        if *most != FEW {
+            return None;
+        }
         let weeds = &mut weeds[..];
         let ranks = <&mut [Ranked; FEW]>::try_from(&mut ranks[..]).ok()?;
         *ranks = ranked::sorted(from, weeds.first_chunk()?.each_ref().map(|weed| weed.position));
@@ -206,13 +209,25 @@ impl NearestWeeds {
             return if listed < *most { f64::INFINITY } else { last.at_most_m2() };
         }
         let near = places.near(from, last.at_most_m2());
-        for place in listed..weeds.len() {
-            let farthest = last.place();
-            if places.is_near(place, &near) && is_weed_before(weeds[place], weeds[farthest]) {
-                weeds.swap(farthest, place);
-                places.swap(farthest, place);
-                let other = Ranked::new(distance_m2(&weeds[farthest]), farthest);
-                last = ranked::replace_last(ranks, other, |one, other| by_weeds(weeds, one, other));
+        let mut others = u32::MAX << (listed % GROUP);
+        for group in listed / GROUP..weeds.len().div_ceil(GROUP) {
+            let mut bits = near.find_in(&places.groups()[group]) & others;
+            others = u32::MAX;
+            while bits != 0 {
+                let place = group * GROUP + bits.trailing_zeros() as usize;
+                bits &= bits - 1;
+                let Some(&weed) = weeds.get(place) else { break };
+                let farthest = last.place();
+                let other = Ranked::new(distance_m2(&weed), farthest);
+                let is_nearer =
+                    other.is_before(last).unwrap_or_else(|| is_weed_before(weed, weeds[farthest]));
+                if is_nearer {
+                    weeds.swap(farthest, place);
+                    places.swap(farthest, place);
+                    last = ranked::replace_last(ranks, other, |one, other| {
+                        by_weeds(weeds, one, other)
+                    });
+                }
             }
         }
         last.at_most_m2()
@@ -355,9 +370,17 @@ mod tests {
 
     #[test]
     fn the_list_on_the_way_is_that_of_all_known_weeds_sorted() {
-        for (count, listed) in
-            [(0, 8), (5, 8), (60, 8), (400, 8), (1500, 8), (6000, 8), (3000, 1), (3000, 30)]
-        {
+        for (count, listed) in [
+            (0, 8),
+            (5, 8),
+            (60, 8),
+            (400, 8),
+            (1500, 8),
+            (6000, 8),
+            (3000, 1),
+            (3000, 9),
+            (3000, 30),
+        ] {
             for length_m in [0.07, 1.0, 6.0] {
                 let mut rng = stream(count as u64, Stream::Weeds);
                 let weeds = scattered(count, &mut rng);
@@ -402,6 +425,64 @@ mod tests {
             let weeds = scattered(count, &mut rng);
             nearest.clear();
             assert_nearest(&mut nearest, &mut Walk::among(weeds, rng), 100, 1.0);
+        }
+    }
+
+    #[test]
+    fn the_list_is_whole_where_only_a_few_of_those_remembered_are_left() {
+        for listed in [8, 9, 10, 16] {
+            let mut rng = stream(listed as u64, Stream::Weeds);
+            let hidden = scattered(2000, &mut rng);
+            let mut walk = Walk::among(hidden, rng);
+            walk.detect_within(100.0);
+            let mut nearest = NearestWeeds::new(listed);
+            for step in 0..1500 {
+                let found: Vec<KnownWeed> = nearest.find(walk.at, &walk.known).copied().collect();
+                assert_eq!(found, walk.nearest_of_all(listed), "step {step} of {listed}");
+                // Of those listed some are mowed, so that the window holds fewer and fewer.
+                for weed in found.iter().take(below(3, &mut walk.rng)) {
+                    walk.known.remove(weed.number);
+                }
+                if step % 50 == 0 {
+                    walk.at =
+                        Point::new(53.0 * uniform(&mut walk.rng), 31.0 * uniform(&mut walk.rng));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn of_weeds_as_near_as_each_other_at_the_end_of_the_list_those_detected_first_are_on_it() {
+        let mut rng = stream(9, Stream::Weeds);
+        let at = Point::new(26.0, 15.0);
+        for round in 0..3000 {
+            let mut around = |distance_m: f64| {
+                let (sin, cos) = (6.28 * uniform(&mut rng)).sin_cos();
+                Point::new(at.x + distance_m * cos, at.y + distance_m * sin)
+            };
+            // Seven at distances of their own, and some beyond them all.
+            let mut spots: Vec<Point> = (0..7).map(|i| around(0.5 + 0.7 * f64::from(i))).collect();
+            spots.extend((0..30).map(|i| around(8.5 + 0.1 * f64::from(i))));
+            // The eighth is one of four, which differ by nothing or by a few of the last bits.
+            for (x, y) in [(8.0, 0.0), (0.0, 8.0), (-8.0, 0.0), (0.0, -8.0)] {
+                let hair_m = (below(5, &mut rng) as f64 - 2.0) * [0.0, 4e-15][round % 2];
+                spots.push(Point::new(at.x + x + hair_m, at.y + y + hair_m));
+            }
+            let mut walk = Walk::among(Vec::new(), stream(1, Stream::Weeds));
+            for number in 0..41 {
+                let position = spots.swap_remove(below(spots.len(), &mut rng));
+                walk.known.add(KnownWeed { number, position });
+            }
+            let mut nearest = NearestWeeds::new(8);
+            // Questions from elsewhere leave another list to begin with.
+            for question in 0..round % 4 {
+                walk.at = Point::new(13.0 * question as f64, 31.0 * uniform(&mut rng));
+                let found: Vec<KnownWeed> = nearest.find(walk.at, &walk.known).copied().collect();
+                assert_eq!(found, walk.nearest_of_all(8));
+            }
+            walk.at = at;
+            let found: Vec<KnownWeed> = nearest.find(walk.at, &walk.known).copied().collect();
+            assert_eq!(found, walk.nearest_of_all(8), "round {round}");
         }
     }
 }

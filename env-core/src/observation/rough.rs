@@ -57,11 +57,6 @@ impl RoughPositions {
         self.places.as_chunks_mut().0
     }
 
-    /// Whether a position is perhaps near.
-    pub(super) fn is_near(&self, place: usize, near: &Near) -> bool {
-        near.find_in(&self.places.as_chunks().0[place / GROUP]) >> (place % GROUP) & 1 == 1
-    }
-
     /// All within a distance of a point.
     #[inline]
     pub(super) fn near(&self, point: Point, within_m2: f64) -> Near {
@@ -118,6 +113,11 @@ mod tests {
     use super::*;
     use crate::rng::{Stream, stream, uniform};
 
+    /// Whether a position is perhaps near.
+    fn is_near(rough: &mut RoughPositions, place: usize, near: &Near) -> bool {
+        near.find_in(&rough.groups()[place / GROUP]) >> (place % GROUP) & 1 == 1
+    }
+
     #[test]
     fn positions_less_than_a_few_units_apart_are_near_each_other() {
         let mut rough = RoughPositions::with_room(1);
@@ -130,13 +130,13 @@ mod tests {
             let (from, position) = (somewhere(f64::from(place)), somewhere(f64::from(place)));
             rough.write(0, position);
             let near = rough.near(from, (position - from).norm_squared());
-            assert!(rough.is_near(0, &near), "{position} from {from}");
+            assert!(is_near(&mut rough, 0, &near), "{position} from {from}");
         }
         // On either side of where rounding goes up.
         let (from, position) = (Point::new(0.499, 0.499), Point::new(0.501, 0.501));
         rough.write(0, position);
         let near = rough.near(from, (position - from).norm_squared());
-        assert!(rough.is_near(0, &near));
+        assert!(is_near(&mut rough, 0, &near));
     }
 
     #[test]
@@ -163,7 +163,7 @@ mod tests {
                 let near = rough.near(from, sorted[12]);
                 let mut found = 0;
                 for (place, distance_m2) in distances_m2.enumerate() {
-                    let is_near = rough.is_near(place, &near);
+                    let is_near = is_near(&mut rough, place, &near);
                     assert!(is_near || distance_m2 > sorted[12], "{place} from {from}");
                     found += usize::from(is_near);
                 }

@@ -123,6 +123,10 @@ fn a_sweep_that_is_not_written_as_one_is_refused_by_its_key() {
         ("sweep = [3]", "`sweep` must be one or more [[sweep]] tables, got 3"),
         ("[sweep]\nname = \"a\"", "`sweep` must be one or more [[sweep]] tables"),
         ("[[sweep]]\n\"weeds.count\" = [1]", "`sweep.name` must be a string, got none"),
+        (
+            "[[sweep]]\nname = 'n'",
+            "`sweep` must be a name and lists of values, such as \"weeds.count\" = [20, 40], got `n` without any list",
+        ),
         ("[[sweep]]\nname = 3\n\"weeds.count\" = [1]", "`sweep.name` must be a string, got 3"),
         ("[[sweep]]\nname = \"a\"\n\"weeds.count\" = 20", "`sweep.\"weeds.count\"` must be a list"),
         ("[[sweep]]\nname = \"a\"\n\"weeds.count\" = []", "`sweep.\"weeds.count\"` must be a list"),

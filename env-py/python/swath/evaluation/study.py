@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
@@ -75,11 +75,14 @@ class Study:
         Raises:
             ConfigError: For the first part that cannot be used.
         """
-        texts = agents.split(",") if isinstance(agents, str) else list(agents)
+        if not isinstance(agents, Iterable):
+            text = f"`agents` must be names of agents, such as `snake`, got {agents!r}"
+            raise ConfigError(text)
+        texts = agents.split(",") if isinstance(agents, str) else agents
         sources = _sources(scenario)
         instances = whole("instances", instances, least=1, most=_MOST_INSTANCES)
         study = cls(
-            agents=tuple(_native.AgentSpec(text.strip()) for text in texts),
+            agents=tuple(_native.AgentSpec(text.strip() if isinstance(text, str) else text) for text in texts),
             cells=_cells(sources, only),
             instances=instances,
             seed=whole("seed", seed, least=0, most=LARGEST_SEED - (instances - 1)),
