@@ -12,7 +12,7 @@ pub const SEED: u64 = 7;
 
 /// Steps once round a circle of four times the smallest radius.
 const WIDE_LAP_STEPS: usize = 101;
-/// Steps on the tightest circle that bring nothing new once the ground round it is known.
+/// Steps on a circle that bring nothing new once the ground round it is known.
 pub const KNOWN_STEPS: usize = 200;
 
 /// The scenario with the defaults and the keys of `toml` over them.
@@ -37,24 +37,23 @@ fn begun_with(seed: u64, toml: &str) -> (Env, Observation) {
     (env, observation)
 }
 
-/// An environment whose mower has looked round from two wide circles, and has gone round a tight one in the middle of the
-/// pasture until nothing is left to mow there and all that can be seen from it is known: its next [`KNOWN_STEPS`] steps on
-/// that circle bring nothing new.
+/// An environment whose mower has looked round from two very wide circles, and has gone round another one, of so many times
+/// the tightest circle's curvature, until nothing is left to mow there and all that can be seen from it is known: its next
+/// [`KNOWN_STEPS`] steps on that circle bring nothing new.
 #[must_use]
-pub fn on_known_ground(seed: u64, toml: &str) -> (Env, Observation) {
+pub fn on_known_ground(seed: u64, toml: &str, curvature: f32) -> (Env, Observation) {
     let endless = "mower.start = 'centre'\nepisode.budget = inf\npasture.headland_m = inf";
     let (mut env, mut observation) = begun_with(seed, &format!("{endless}\n{toml}"));
-    for curvature in [0.25, -0.25] {
+    for very_wide in [0.25, -0.25] {
         for _ in 0..WIDE_LAP_STEPS {
-            let step = env.step(Action::Continuous(&[curvature]), observation.as_mut());
-            step.expect("the episode runs");
+            circle(&mut env, &mut observation, very_wide);
         }
     }
     loop {
         let known = news(&env);
         let mut ahead = env.clone();
         for _ in 0..KNOWN_STEPS {
-            circle(&mut ahead, &mut observation);
+            circle(&mut ahead, &mut observation, curvature);
         }
         if news(&ahead) == known {
             return (env, observation);
@@ -69,9 +68,9 @@ fn news(env: &Env) -> (u32, usize, usize) {
     (view.weeds_detected, view.known_weeds.removed().len(), view.ground.unseen_count())
 }
 
-/// One step on the tightest circle.
-pub fn circle(env: &mut Env, observation: &mut Observation) {
-    env.step(Action::Continuous(&[1.0]), observation.as_mut()).expect("the episode runs");
+/// One step on a circle, of so many times the tightest circle's curvature.
+pub fn circle(env: &mut Env, observation: &mut Observation, curvature: f32) {
+    env.step(Action::Continuous(&[curvature]), observation.as_mut()).expect("the episode runs");
 }
 
 /// The `steer` actions of one lap of `snake`, from the beginning of the episode until it stops or the episode ends.

@@ -281,6 +281,8 @@ impl Edge {
     /// All cells of a tile that are within, of which the first one is so far inside. The edge passes through the tile.
     #[inline(never)]
     fn all_within(&self, at_first: f64) -> u64 {
+        // 16 bits hold what cells have of an edge that passes through their tile.
+        debug_assert!(at_first.abs() < TILE as f64 * UNITS, "{at_first} is far from the edge");
         // Two rows at a time: what is below 0 is beyond the edge.
         let columns = i16x16::new([0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7]);
         let second_row = i16x16::new([0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -1, -1, -1, -1]);

@@ -11,7 +11,7 @@ use crate::layout::Plot;
 /// Draws the triangle in which weeds are detected.
 pub(crate) fn triangle(pixmap: &mut Pixmap, plot: &Plot, site: &Site, at: &Frame) {
     let triangle = Triangle::new(site.sensor_range_m, site.sensor_width_m);
-    let shape = polygon(triangle.corners(at, 1.0).map(|corner| plot.at(corner)));
+    let shape = polygon(triangle.corners(at).map(|corner| plot.at(corner)));
     fill(pixmap, shape.as_ref(), SENSOR.with_alpha(80));
     stroke(pixmap, shape.as_ref(), plot.zoom, SENSOR_BORDER);
 }

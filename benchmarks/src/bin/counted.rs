@@ -27,11 +27,14 @@ fn programs() -> Vec<(String, &'static str, Prepare)> {
         programs.push((name.to_owned(), unit, prepare));
     };
 
-    add("known/40-weeds", "step", Box::new(|| known_ground("weeds.count = 40")));
-    add("known/160-weeds", "step", Box::new(|| known_ground("weeds.count = 160")));
-    add("known/640-weeds", "step", Box::new(|| known_ground("weeds.count = 640")));
-    add("known/10000-weeds", "step", Box::new(|| known_ground("weeds.count = 10000")));
-    add("known/1000x400-m", "step", Box::new(|| known_ground(LARGE)));
+    add("known/40-weeds", "step", Box::new(|| known_ground("weeds.count = 40", 1.0)));
+    add("known/160-weeds", "step", Box::new(|| known_ground("weeds.count = 160", 1.0)));
+    add("known/640-weeds", "step", Box::new(|| known_ground("weeds.count = 640", 1.0)));
+    add("known/10000-weeds", "step", Box::new(|| known_ground("weeds.count = 10000", 1.0)));
+    add("known/1000x400-m", "step", Box::new(|| known_ground(LARGE, 1.0)));
+    add("wide/40-weeds", "step", Box::new(|| known_ground("weeds.count = 40", 0.5)));
+    add("wide/10000-weeds", "step", Box::new(|| known_ground("weeds.count = 10000", 0.5)));
+    add("known/16-nearest", "step", Box::new(|| known_ground(SIXTEEN, 1.0)));
     add("lap/features", "step", Box::new(|| lap("weeds.count = 160")));
     for kind in ["maps", "candidates", "dict"] {
         let toml = format!("weeds.count = 160\nobservation.kind = '{kind}'");
@@ -55,18 +58,22 @@ fn programs() -> Vec<(String, &'static str, Prepare)> {
     programs
 }
 
-const LARGE: &str = "weeds.count = 160\npasture.length_m = 1000\npasture.width_m = 400";
+/// A list of weeds that is longer than by default.
+const SIXTEEN: &str = "weeds.count = 640\nobservation.nearest_weeds = 16";
+/// A hundred times the ground, with as many weeds on a square metre as 160 are on the pasture by default.
+const LARGE: &str = "weeds.count = 16000\npasture.length_m = 1000\npasture.width_m = 400";
 
-/// Steps round a circle on which nothing new is seen or mowed, among the weeds of one seed after another.
-fn known_ground(toml: &str) -> Work {
+/// Steps round a circle, of so many times the tightest circle's curvature, on which nothing new is seen or mowed, among the
+/// weeds of one seed after another.
+fn known_ground(toml: &str, curvature: f32) -> Work {
     const SEEDS: u64 = 5;
     let mut pastures: Vec<_> =
-        (SEED..SEED + SEEDS).map(|seed| on_known_ground(seed, toml)).collect();
+        (SEED..SEED + SEEDS).map(|seed| on_known_ground(seed, toml, curvature)).collect();
     let (steps, mut taken) = (KNOWN_STEPS * pastures.len(), 0);
     let step = move || {
         let (env, observation) = &mut pastures[taken / KNOWN_STEPS];
         taken += 1;
-        circle(env, observation);
+        circle(env, observation, curvature);
     };
     (steps, Box::new(step))
 }

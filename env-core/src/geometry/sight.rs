@@ -16,7 +16,7 @@ pub struct Sight {
     y_m: [f64; 6],
     /// How far a corner may leave the line between its places at both ends, metres.
     bulge_m: f64,
-    /// Which way is out at the right of somebody who goes round: 1, and -1 on a right turn, where the corners are mirrored.
+    /// 1 on a left turn or straight on, -1 on a right turn: the sign that turns the right-hand normal of a side outwards.
     outwards: f64,
 }
 
@@ -40,9 +40,10 @@ impl Sight {
     ) -> Self {
         // A corner runs on a circle of radius 1/k + reach at most, and leaves its chord by as much as in `BarSweep`.
         let (k, reach_m) = (curvature_per_m.abs(), triangle.reach_m());
-        // On the inner side of the turn, and on the outer one.
+        // The far corner on the inner side of the turn comes first, then the outer one.
         let outwards = if curvature_per_m < 0.0 { -1.0 } else { 1.0 };
-        let (from, to) = (triangle.corners(start, outwards), triangle.corners(end, outwards));
+        let (from, to) =
+            (triangle.corners_from(start, outwards), triangle.corners_from(end, outwards));
         let corners = [from[0], from[1], from[2], to[0], to[1], to[2]];
         Self {
             x_m: corners.map(|corner| corner.x),
@@ -88,9 +89,8 @@ impl Footprint<4> for Sight {
         (lowest(self.y_m) - self.bulge_m, highest(self.y_m) + self.bulge_m)
     }
 
-    /// Lines round the first apex, the corner on the outer side of the turn at both ends, and the one on its inner side at the
-    /// last: of ground that is visited in vain most is beyond the path of the outer corner, which comes first. Gradients not of
-    /// length 1.
+    /// Lines from corner to corner: from the first apex to the outer far corner, along that one's path, to the inner far corner
+    /// at the end, and back. The path comes first: most of what is visited in vain is beyond it. Gradients not of length 1.
     #[inline]
     fn sides(&self) -> [Side; 4] {
         let [corner_path, far] = self.two_sides([2, 5], [5, 4]);
@@ -110,7 +110,7 @@ mod tests {
     fn its_ranges_and_sides_enclose_every_point_that_is_seen_on_the_way() {
         let triangles = [Triangle::new(7.0, 5.0), Triangle::new(6.0, 0.2), Triangle::new(0.5, 9.0)];
         for turn in 0..40 {
-            let curvature_per_m = [0.0, 0.5, -0.5, 1.2][turn % 4];
+            let curvature_per_m = [0.0, 0.5, -0.5, 1.2, -1.2][turn % 5];
             let length_m = if turn < 30 { 0.8 } else { 0.0 };
             let start = Frame::from(Pose::new(3.0, -2.0, turn as f64 * PI / 20.0));
             let end = start.advanced(curvature_per_m, length_m);
@@ -125,6 +125,35 @@ mod tests {
                         assert!(bottom <= point.y && point.y <= top, "{point}");
                         assert!(sight.sides().iter().all(|side| side.holds(point)), "{point}");
                     }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn its_sides_leave_out_points_a_little_beyond_the_corners() {
+        // Half a metre beyond each side: the apex has come from (0, 0), and the triangle is 6 m deep and 4 m wide.
+        let triangle = Triangle::new(6.0, 4.0);
+        for sign in [1.0, -1.0] {
+            for curvature_per_m in [0.0, 0.25, 0.5] {
+                let start = Frame::from(Pose::new(0.0, 0.0, 0.0));
+                let end = start.advanced(sign * curvature_per_m, 1.0);
+                let sight = Sight::along(&triangle, &start, &end, sign * curvature_per_m, 1.0);
+                let [_, inner, outer] = triangle.corners_from(&end, sign);
+                let (cos, sin) = (end.cos, end.sin);
+                let far = Point::new(0.5 * (inner.x + outer.x), 0.5 * (inner.y + outer.y));
+                let [_, _, first_outer] = triangle.corners_from(&start, sign);
+                let path = Point::new(
+                    0.5 * (first_outer.x + outer.x) + 0.5 * sign * (outer.y - first_outer.y),
+                    0.5 * (first_outer.y + outer.y) - 0.5 * sign * (outer.x - first_outer.x),
+                );
+                for beyond in [
+                    Point::new(far.x + 0.5 * cos, far.y + 0.5 * sin),
+                    Point::new(2.0, sign * -(2.0 / 3.0 + 0.8)),
+                    Point::new(0.5 * inner.x, 0.5 * inner.y + sign * 0.8),
+                    path,
+                ] {
+                    assert!(!sight.sides().iter().all(|side| side.holds(beyond)), "{beyond}");
                 }
             }
         }

@@ -45,11 +45,17 @@ impl Triangle {
         frames.in_cone(point, self.range_m + BORDER_M, self.half_width_per_m, BORDER_M)
     }
 
-    /// The apex, and the left and the right end of the far side, in front of a pose; the right and the left one if `side` is -1
-    /// instead of 1.
+    /// The apex, and the left and the right end of the far side, in front of a pose.
     #[must_use]
     #[inline]
-    pub fn corners(&self, from: &Frame, side: f64) -> [Point; 3] {
+    pub fn corners(&self, from: &Frame) -> [Point; 3] {
+        self.corners_from(from, 1.0)
+    }
+
+    /// The same for `side` 1; for -1 the right end comes before the left one.
+    #[must_use]
+    #[inline]
+    pub(super) fn corners_from(&self, from: &Frame, side: f64) -> [Point; 3] {
         let Frame { pose, cos, sin } = *from;
         let half_m = side * self.range_m * self.half_width_per_m;
         let (far_x, far_y) = (pose.x_m + self.range_m * cos, pose.y_m + self.range_m * sin);

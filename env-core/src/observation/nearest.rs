@@ -13,6 +13,9 @@ const REMEMBERED: usize = 12;
 const SPARE_M: f64 = 0.03;
 const SPARE: f64 = 1e-9;
 
+/// A window that has to grow reaches to where the mower is after so many questions more, if it goes on as it does.
+const AHEAD: f64 = 3.0;
+
 /// The known weeds nearest to a mower that moves little between questions.
 ///
 /// It remembers all weeds in a window. As long as the nearest ones stand closer than the window's sides, no other weed
@@ -21,12 +24,14 @@ const SPARE: f64 = 1e-9;
 #[derive(Debug, Clone)]
 pub(super) struct NearestWeeds {
     most: usize,
-    /// Those remembered, and roughly where they stand: first those that were listed last time, in any order.
+    /// Those remembered, and roughly where they stand: mostly those first that were listed last time, in any order.
     weeds: Vec<KnownWeed>,
     places: RoughPositions,
     /// Those listed by distance, nearest first.
     ranks: SmallVec<[Ranked; FEW]>,
     window: Window,
+    /// Where the list was asked for last.
+    last_from: Point,
     next_number: u32,
     removals: usize,
     /// Room for those found among all known weeds.
@@ -43,6 +48,7 @@ impl NearestWeeds {
             places: RoughPositions::with_room(REMEMBERED * most),
             ranks: SmallVec::new(),
             window: Window::EVERYWHERE,
+            last_from: Point::origin(),
             next_number: 0,
             removals: 0,
             found: vec![nobody; most],
@@ -84,6 +90,7 @@ impl NearestWeeds {
                 break;
             }
         }
+        self.last_from = from;
         self.ranks.iter().map(|ranked| &self.weeds[ranked.place()])
     }
 
@@ -246,12 +253,16 @@ impl NearestWeeds {
         // So many weeds are within this reach at least.
         let reach_m = limit_m2.sqrt() * (1.0 + SPARE) + SPARE_M;
         let around = Window::around(from, reach_m, known.size_m());
-        if self.extend(self.window.with(&around), known) {
+        let to = from + AHEAD * (from - self.last_from);
+        let ahead = around.with(&Window::around(to, reach_m, known.size_m()));
+        if self.extend(self.window.with(&ahead), known) {
             return true;
         }
-        self.window = Window::NOWHERE;
-        if self.extend(around, known) {
-            return true;
+        for window in [ahead, around] {
+            self.window = Window::NOWHERE;
+            if self.extend(window, known) {
+                return true;
+            }
         }
         self.look_up(from, known);
         false
@@ -457,7 +468,7 @@ mod tests {
         let at = Point::new(26.0, 15.0);
         for round in 0..3000 {
             let mut around = |distance_m: f64| {
-                let (sin, cos) = (6.28 * uniform(&mut rng)).sin_cos();
+                let (sin, cos) = (std::f64::consts::TAU * uniform(&mut rng)).sin_cos();
                 Point::new(at.x + distance_m * cos, at.y + distance_m * sin)
             };
             // Seven at distances of their own, and some beyond them all.

@@ -145,7 +145,7 @@ impl CellIndex {
     #[inline]
     fn places(&self, cell: Cell) -> Range<usize> {
         let rank = self.tiles[cell.tile].rank(cell.bit);
-        let [first, end] = self.cell_first[rank..][..2] else { unreachable!("an end follows") };
-        first as usize..end as usize
+        let [first, end] = self.cell_first[rank..].first_chunk().expect("an end follows");
+        *first as usize..*end as usize
     }
 }

@@ -32,12 +32,12 @@ pub struct Weeds {
     /// Cells that hold a weed not mowed.
     unmowed_cells: CellSet,
     unmowed_fine: FineCells,
-    /// Whether so many weeds were planted that almost every bar passes near one.
+    /// Whether so many weeds were planted that almost every bar passes near one, [`DENSE_PER_CELL`].
     is_dense: bool,
 }
 
-/// So many weeds a cell are dense.
-const DENSE: f64 = 0.5;
+/// From so many weeds a cell on.
+const DENSE_PER_CELL: f64 = 0.5;
 
 impl Weeds {
     /// A pasture without weeds.
@@ -85,7 +85,7 @@ impl Weeds {
     /// Builds the index from positions, and the sets of cells from flags.
     fn index(&mut self) {
         let Self { grid, positions, is_detected, is_mowed, index, .. } = self;
-        self.is_dense = positions.len() as f64 > DENSE * grid.cells() as f64;
+        self.is_dense = positions.len() as f64 > DENSE_PER_CELL * grid.cells() as f64;
         let (undetected, unmowed) = (&mut self.undetected_cells, &mut self.unmowed_cells);
         undetected.clear();
         unmowed.clear();
@@ -111,11 +111,11 @@ impl Weeds {
         let grid = &self.grid;
         ahead.clear();
         let Some(near) = self.unmowed_fine.around(sweep) else { return };
-        // Where weeds stand everywhere it is not worth asking whether there is one.
-        let mut has_weeds = self.is_dense;
         let unseen = ground.unseen().words();
-        let standing = if has_weeds { unseen } else { self.unmowed_cells.words() };
-        let words = |tile: usize| (unseen[tile], standing[tile]);
+        // Where weeds stand everywhere it is not worth asking whether there is one: unseen ground twice is soonest passed.
+        let mut has_weeds = self.is_dense;
+        let others = if self.is_dense { unseen } else { self.unmowed_cells.words() };
+        let words = |tile: usize| (unseen[tile], others[tile]);
         grid.for_each_in_box(self.unmowed_fine.cells_of(near), words, |tile, unseen, weeds| {
             has_weeds |= weeds != 0;
             tile.for_each(unseen, |cell| {
