@@ -8,7 +8,7 @@
 //! | [`endpoint`] | where a server listens |
 //! | [`access`] | who may reach it |
 //! | [`options`] | what an operator may set, by file and by flag |
-//! | [`settings`] | Zenoh's settings |
+//! | [`settings`] | Zenoh's settings, and its threads |
 //! | [`clock`] | the time since the start |
 //! | [`worker`] | environments at work |
 //! | [`front`] | Zenoh's side: keys, queries, signs of life |

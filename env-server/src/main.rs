@@ -6,9 +6,17 @@ use std::process::ExitCode;
 use clap::Parser as _;
 use swath_server::options::Arguments;
 use swath_server::server::Server;
+use swath_server::settings::{THREADS, THREADS_VARIABLE};
 use tracing_subscriber::EnvFilter;
 
 fn main() -> ExitCode {
+    if std::env::var_os(THREADS_VARIABLE).is_none() {
+        #[expect(unsafe_code, reason = "Zenoh takes its threads from the environment alone")]
+        // SAFETY: there is no other thread yet that could read the environment meanwhile.
+        unsafe {
+            std::env::set_var(THREADS_VARIABLE, THREADS);
+        }
+    }
     let arguments = match Arguments::try_parse() {
         Ok(arguments) => arguments,
         Err(error) if error.use_stderr() => {

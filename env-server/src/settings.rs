@@ -1,4 +1,4 @@
-//! Zenoh's settings.
+//! Zenoh's settings, and its threads.
 
 use serde_json::{Value, json};
 use zenoh::Config;
@@ -10,6 +10,14 @@ use crate::options::Options;
 const WAITING_PIECES: usize = 16;
 /// Longer than what Zenoh adds to a message.
 const MESSAGE_SLACK: u32 = 64 << 10;
+
+/// One thread takes in what comes and does what else there is, one sends. By Zenoh's own count there are six, and a message
+/// wakes most of them: that a connection has something to read is noticed by the thread that accepted it, not by those
+/// that read.
+pub const THREADS: &str =
+    "(acc: (handover: rx), app: (handover: rx), net: (handover: rx), rx: (worker_threads: 1))";
+/// Where Zenoh looks for them, once in a process.
+pub const THREADS_VARIABLE: &str = "ZENOH_RUNTIME";
 
 /// Settings for a server that listens at its endpoint and looks for nobody.
 ///

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import textwrap
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import gymnasium as gym
@@ -291,6 +292,34 @@ def test_a_server_that_was_killed_is_named_and_its_successor_is_not_taken_for_it
             far.retry()
         text = str(raised.value)
     far.close()
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="threads are looked for where Linux shows them")
+@pytest.mark.parametrize("own", [None, "(acc: (handover: net), app: (handover: net))"])
+def test_zenoh_takes_in_on_one_thread_and_sends_on_another_unless_the_environment_says_otherwise(server, own):
+    code = f"""
+        import os, swath
+        far = swath.remote.make("{ENV_ID}", connect="{server.endpoint}")
+        for thread in os.listdir("/proc/self/task"):
+            with open(f"/proc/self/task/{{thread}}/comm") as name:
+                print(name.read().strip())
+        print(os.environ.get("ZENOH_RUNTIME"))
+    """
+    environment = {name: value for name, value in os.environ.items() if name != "ZENOH_RUNTIME"}
+    if own is not None:
+        environment["ZENOH_RUNTIME"] = own
+    command = [sys.executable, "-c", textwrap.dedent(code)]
+    client = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=20, check=True)
+    *names, told = client.stdout.splitlines()
+    assert told == str(own)
+
+    def kinds(names):
+        """Those of Zenoh's are called by their kind and a number."""
+        return {name.partition("-")[0] for name in names if re.fullmatch(r"[a-z]+-[0-9]+", name)}
+
+    assert kinds(names) == ({"rx", "tx"} if own is None else {"net", "rx", "tx"})
+    of_server = Path(f"/proc/{server.process.pid}/task").glob("*/comm")
+    assert kinds(name.read_text().strip() for name in of_server) == {"rx", "tx"}
 
 
 @pytest.mark.parametrize("awake_s", [0.0, 60.0])

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     import zenoh
 
-__all__ = ["Answers", "Link", "checked_endpoint"]
+__all__ = ["Answers", "Link", "checked_endpoint", "opened"]
 
 _VERBS = ("spec", "open", "reset", "step", "snapshot", "restore", "close", "stats")
 _CONNECT_MS = 5000
@@ -41,6 +41,11 @@ _LARGEST_PORT = 65535
 _READ_BYTES = 1 << 20
 # Larger than the largest message by far more than Zenoh adds.
 _MAX_MESSAGE_BYTES = (64 << 20) + (64 << 10)
+
+# One thread of Zenoh's takes in what comes and does what else there is, one sends; by Zenoh's own count there are six, and
+# a message wakes most of them. Where Zenoh looks for that, once in a process.
+_THREADS_VARIABLE = "ZENOH_RUNTIME"
+_THREADS = "(acc: (handover: rx), app: (handover: rx), net: (handover: rx), rx: (worker_threads: 1))"
 
 _open_links: weakref.WeakSet[Link] = weakref.WeakSet()
 
@@ -88,7 +93,7 @@ class Link:
         settings = _settings(zenoh, endpoint, config)
         _forked.has_opened = True
         try:
-            self._session: Any = zenoh.open(settings)
+            self._session = opened(settings)
         except zenoh.ZError as error:
             # Whoever refuses a certificate says nothing to the other end.
             perhaps = "; nobody listens there, or the certificates do not fit" if endpoint.startswith("tls/") else ""
@@ -210,6 +215,25 @@ def checked_endpoint(endpoint: object) -> tuple[str, int]:
         text = f"`connect` must be an endpoint such as 'tcp/127.0.0.1:7447', got {endpoint!r}"
         raise ConfigError(text)
     return found[1].strip("[]"), int(found[2])
+
+
+def opened(settings: Any) -> Any:  # noqa: ANN401 - Zenoh is imported late
+    """Opens a session of Zenoh's; of the first in a process its threads are ours, unless the environment says which.
+
+    Raises:
+        zenoh.ZError: If there is nobody, or a setting is not taken.
+    """
+    import zenoh
+
+    is_ours = _THREADS_VARIABLE not in os.environ
+    if is_ours:
+        os.environ[_THREADS_VARIABLE] = _THREADS
+    try:
+        return zenoh.open(settings)
+    finally:
+        if is_ours:
+            # Processes that this one starts decide for themselves.
+            os.environ.pop(_THREADS_VARIABLE, None)
 
 
 def _settings(zenoh: Any, endpoint: str, further: dict[str, object] | None) -> Any:  # noqa: ANN401 - it is imported late
