@@ -117,10 +117,11 @@ server-release: tools ## the environment server for work, target/release/swath-s
 server: tools ## the environment server for tests, target/debug/swath-server
 	cargo build --locked -p swath-server
 
+# In one process the tests share Zenoh's threads, and some keep them.
 .PHONY: test-server
 test-server: tools ## the tests of the server, over the loopback; ARGS= filters
 	@if cargo nextest --version >/dev/null 2>&1; then set -x; cargo nextest run --locked -p swath-server $(ARGS); \
-	else set -x; cargo test --locked -p swath-server $(ARGS); fi
+	else set -x; RUST_TEST_THREADS=1 cargo test --locked -p swath-server $(ARGS); fi
 
 .PHONY: test-py
 test-py: export HYPOTHESIS_PROFILE := $(if $(LONG),long,default)

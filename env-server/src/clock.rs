@@ -1,6 +1,6 @@
-//! The time since the start.
+//! The time since a start.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// A clock that began when it was made.
 #[derive(Debug, Clone, Copy)]
@@ -17,9 +17,15 @@ impl Clock {
         Self(Instant::now())
     }
 
+    /// The time since then.
+    #[must_use]
+    pub fn elapsed(&self) -> Duration {
+        self.0.elapsed()
+    }
+
     /// Milliseconds since then.
     #[must_use]
     pub fn now_ms(&self) -> u64 {
-        u64::try_from(self.0.elapsed().as_millis()).unwrap_or(u64::MAX)
+        u64::try_from(self.elapsed().as_millis()).unwrap_or(u64::MAX)
     }
 }

@@ -141,6 +141,12 @@ impl Front {
         self.waiting.fetch_sub(length(query), Ordering::Relaxed);
     }
 
+    /// Whether there are queries that nobody has looked at yet.
+    #[must_use]
+    pub fn has_waiting(&self) -> bool {
+        self.waiting.load(Ordering::Relaxed) > 0
+    }
+
     /// The leases that have come (`true`) or gone since the last look, in order.
     #[must_use]
     pub fn leases(&self) -> Vec<(u128, bool)> {

@@ -9,7 +9,7 @@
 //! | [`access`] | who may reach it |
 //! | [`options`] | what an operator may set, by file and by flag |
 //! | [`settings`] | Zenoh's settings, and its threads |
-//! | [`clock`] | the time since the start |
+//! | [`clock`] | the time since a start |
 //! | [`worker`] | environments at work |
 //! | [`front`] | Zenoh's side: keys, queries, signs of life |
 //! | [`post`] | replies on their way out |

@@ -1,7 +1,7 @@
 //! The thread between Zenoh and the workers.
 
 use std::collections::BTreeMap;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, sync_channel};
 use std::time::Duration;
 
 use swath_core::config;
@@ -26,6 +26,8 @@ use crate::worker::{Done, Resting, Task, Workers};
 const WAITING: usize = 4096;
 /// The server looks at its clock at least so often, milliseconds.
 const LONGEST_SLEEP_MS: u64 = 1000;
+/// After a brief step the next message is waited for awake, for so long.
+const AWAKE: Duration = Duration::from_micros(500);
 /// How long running requests may take to end when the server does, milliseconds.
 const LAST_WAIT_MS: u64 = 5000;
 /// The autoreset modes that an environment has: all three.
@@ -65,6 +67,8 @@ pub struct Server {
     queries: BTreeMap<QueryId, (Box<Query>, u128)>,
     next_query: u64,
     running: usize,
+    /// Whether the next message may be expected soon: the last one asked for a brief step.
+    is_awake: bool,
     leftovers: Leftovers,
 }
 
@@ -134,6 +138,7 @@ impl Server {
             queries: BTreeMap::new(),
             next_query: 0,
             running: 0,
+            is_awake: false,
             leftovers: Leftovers::default(),
         };
         Ok((server, Stop(events_in)))
@@ -161,12 +166,12 @@ impl Server {
             let sleep_ms =
                 wake_ms.map_or(LONGEST_SLEEP_MS, |wake_ms| wake_ms.saturating_sub(now_ms));
             let sleep = Duration::from_millis(sleep_ms.min(LONGEST_SLEEP_MS));
-            let event = match self.events.recv_timeout(sleep) {
+            let event = match self.next_event(sleep) {
                 Ok(event) => Some(event),
                 Err(RecvTimeoutError::Timeout) => None,
                 Err(RecvTimeoutError::Disconnected) => break,
             };
-            let just_done = matches!(event, Some(Event::Done(_)));
+            let mut just_done = matches!(event, Some(Event::Done(_)));
             let now_ms = self.clock.now_ms();
             for (lid, is_there) in self.front.leases() {
                 tracing::debug!(lease = short(lid), is_there, "a client's sign of life");
@@ -179,7 +184,11 @@ impl Server {
                 Some(Event::Arrival(Arrival::Query(query, verb))) => {
                     self.take_in(now_ms, query, verb);
                 }
-                Some(Event::Done(done)) => self.put_away(now_ms, *done),
+                Some(Event::Done(done)) => {
+                    self.running -= 1;
+                    self.workers.is_free(done.worker);
+                    self.put_away(now_ms, *done);
+                }
                 Some(Event::Stop) if end_ms.is_none() => {
                     tracing::info!(running = self.running, "stopping");
                     self.sessions.shut_down(now_ms);
@@ -188,7 +197,7 @@ impl Server {
                 Some(Event::Arrival(Arrival::Leases) | Event::Stop) | None => {}
             }
             while let Some(output) = self.sessions.poll(now_ms) {
-                self.carry_out(now_ms, output, just_done);
+                just_done |= self.carry_out(now_ms, output, just_done);
             }
             if self.leftovers.are_due(now_ms) {
                 memory::give_back();
@@ -199,6 +208,24 @@ impl Server {
         self.front.close()?;
         tracing::info!("stopped");
         Ok(())
+    }
+
+    /// The next event, for which it sleeps at most so long.
+    ///
+    /// A core that slept begins slowly, since it was another's meanwhile; so at first it stays awake where the event may be
+    /// expected soon, and offers its core to others.
+    fn next_event(&mut self, sleep: Duration) -> Result<Event, RecvTimeoutError> {
+        if std::mem::take(&mut self.is_awake) {
+            let clock = Clock::start();
+            while clock.elapsed() < AWAKE {
+                match self.events.try_recv() {
+                    Ok(event) => return Ok(event),
+                    Err(TryRecvError::Empty) => std::thread::yield_now(),
+                    Err(TryRecvError::Disconnected) => return Err(RecvTimeoutError::Disconnected),
+                }
+            }
+        }
+        self.events.recv_timeout(sleep)
     }
 
     fn take_in(&mut self, now_ms: u64, mut query: Box<Query>, verb: Verb) {
@@ -216,8 +243,6 @@ impl Server {
     }
 
     fn put_away(&mut self, now_ms: u64, done: Done) {
-        self.running -= 1;
-        self.workers.is_free(done.worker);
         let session = short(done.sid);
         match &done.result {
             Err(fault) => {
@@ -232,7 +257,8 @@ impl Server {
             Ok(done) => tracing::trace!(session, steps = done.steps, "answered"),
         }
         if let Some(hosted) = done.hosted {
-            self.resting.insert(done.sid, Resting { hosted, worker: done.worker });
+            let Done { worker, took, .. } = done;
+            self.resting.insert(done.sid, Resting { hosted, worker, took });
         }
         self.sessions.on_finished(now_ms, done.job, done.result);
         if done.verb == Verb::Open
@@ -248,12 +274,21 @@ impl Server {
         self.sessions.is_open(sid).then_some(sid)
     }
 
-    fn carry_out(&mut self, now_ms: u64, output: ServerOutput, just_done: bool) {
+    /// Does what the sessions want. Returns whether that was a job that is done by now.
+    fn carry_out(&mut self, now_ms: u64, output: ServerOutput, just_done: bool) -> bool {
         match output {
             ServerOutput::Start(job) => {
-                self.running += 1;
                 let resting = self.resting.remove(&job.sid);
-                self.workers.give(Task { job, resting });
+                let task = Task { job, resting };
+                // Where nobody waits for this thread meanwhile.
+                if task.is_brief() && self.running == 0 && !self.front.has_waiting() {
+                    let done = self.workers.do_at_once(task);
+                    self.put_away(now_ms, done);
+                    self.is_awake = true;
+                    return true;
+                }
+                self.running += 1;
+                self.workers.give(task);
             }
             ServerOutput::Reply { query, message } => {
                 if let Some((query, sid)) = self.queries.remove(&query) {
@@ -271,5 +306,6 @@ impl Server {
                 self.leftovers.add(now_ms);
             }
         }
+        false
     }
 }

@@ -15,9 +15,13 @@ use swath_wire::message::Limits;
 use swath_wire::room::Room;
 use swath_wire::server::{Finished, Job, JobId};
 
+use crate::clock::Clock;
+
 /// A worker without a task takes so many naps of at least this length before it sleeps until it is woken.
 const NAPS: u32 = 40;
 const NAP: Duration = Duration::from_micros(50);
+/// A step of environments whose last one took less is brief: to hand it over and to be woken for it takes about as long.
+const BRIEF: Duration = Duration::from_micros(50);
 
 /// Environments that rest, and the worker that stepped them last.
 #[derive(Debug)]
@@ -26,6 +30,8 @@ pub struct Resting {
     pub hosted: Box<Hosted>,
     /// The worker: what they are made of may still lie in its core's cache.
     pub worker: usize,
+    /// How long that took.
+    pub took: Duration,
 }
 
 /// A job, with the environments that it is for; an open has none yet.
@@ -37,6 +43,15 @@ pub struct Task {
     pub resting: Option<Resting>,
 }
 
+impl Task {
+    /// Whether it is a step that takes next to no time, as far as the last one tells.
+    #[must_use]
+    pub fn is_brief(&self) -> bool {
+        let is_step = self.job.header.kind == Kind::Request(Verb::Step);
+        is_step && self.resting.as_ref().is_some_and(|resting| resting.took < BRIEF)
+    }
+}
+
 /// A job that is done.
 #[derive(Debug)]
 pub struct Done {
@@ -46,8 +61,10 @@ pub struct Done {
     pub verb: Verb,
     /// Its session.
     pub sid: u128,
-    /// Who did it.
+    /// Who did it, or had its environments last if the job was done at once.
     pub worker: usize,
+    /// How long it took.
+    pub took: Duration,
     /// The environments, unless they failed or were never built.
     pub hosted: Option<Box<Hosted>>,
     /// The reply.
@@ -64,6 +81,8 @@ pub struct Workers {
     /// Who is free, the one that has worked most recently last.
     free: Vec<usize>,
     waiting: VecDeque<Task>,
+    limits: Limits,
+    room: Arc<Room>,
 }
 
 #[derive(Debug)]
@@ -100,7 +119,8 @@ impl Workers {
             Seat { tasks, thread: thread.spawn(work).expect("the system has threads to give") }
         };
         let seats: Vec<Seat> = (0..count).map(seat).collect();
-        Self { free: (0..seats.len()).collect(), seats, waiting: VecDeque::new() }
+        let free = (0..seats.len()).collect();
+        Self { free, seats, waiting: VecDeque::new(), limits, room: Arc::clone(room) }
     }
 
     /// Has a task done, as soon as somebody is free.
@@ -119,6 +139,13 @@ impl Workers {
             Some(worker) => self.seats[worker].tasks.send(task).expect("workers end with us"),
             None => self.waiting.push_back(task),
         }
+    }
+
+    /// Does a task on the caller's own thread.
+    #[must_use]
+    pub fn do_at_once(&self, task: Task) -> Done {
+        let worker = task.resting.as_ref().map_or(0, |resting| resting.worker);
+        carry_out(worker, task, &self.limits, &self.room)
     }
 
     /// A worker has done its task.
@@ -166,8 +193,9 @@ fn carry_out(worker: usize, task: Task, limits: &Limits, room: &Arc<Room>) -> Do
     let (id, sid, seq) = (job.id, job.sid, job.header.seq);
     let Kind::Request(verb) = job.header.kind else { unreachable!("jobs are requests") };
     let hosted = resting.map(|resting| resting.hosted);
+    let clock = Clock::start();
     let (hosted, result) = guarded(seq, || answer(&job, hosted, limits, room));
-    Done { job: id, verb, sid, worker, hosted, result }
+    Done { job: id, verb, sid, worker, took: clock.elapsed(), hosted, result }
 }
 
 /// A panic of the environments is the end of them, and of nothing else.
@@ -235,6 +263,25 @@ mod tests {
         Task { job: Job { id: JobId(id), sid: 1, lid: 1, header, message }, resting: None }
     }
 
+    fn one_env() -> Open<'static> {
+        Open {
+            nonce: 1,
+            env_id: ENV_ID.to_owned(),
+            config: String::new(),
+            num_envs: 1,
+            autoreset: AutoresetMode::NextStep,
+            hash_every: 0,
+            infos: false,
+            snapshot: None,
+            percept: false,
+            client: String::new(),
+        }
+    }
+
+    fn resting(hosted: Box<Hosted>, worker: usize) -> Resting {
+        Resting { hosted, worker, took: Duration::ZERO }
+    }
+
     fn done(events: &Receiver<Done>, workers: &mut Workers) -> usize {
         let worker = events.recv().unwrap().worker;
         workers.is_free(worker);
@@ -267,22 +314,10 @@ mod tests {
         let (events_in, events) = sync_channel(8);
         let room = Room::new(Bounds::OF_SESSION, Bounds::OF_ALL);
         let mut workers = Workers::start(3, Limits::default(), &room, &events_in);
-        let open = Open {
-            nonce: 1,
-            env_id: ENV_ID.to_owned(),
-            config: String::new(),
-            num_envs: 1,
-            autoreset: AutoresetMode::NextStep,
-            hash_every: 0,
-            infos: false,
-            snapshot: None,
-            percept: false,
-            client: String::new(),
-        };
         let mut hosted =
-            Some(Box::new(Hosted::open_in(&open, &Limits::default(), &room, 1).unwrap()));
+            Some(Box::new(Hosted::open_in(&one_env(), &Limits::default(), &room, 1).unwrap()));
         for (id, last, expected) in [(0, 1, 1), (1, 0, 0), (2, 1, 1), (3, 1, 1)] {
-            let resting = hosted.take().map(|hosted| Resting { hosted, worker: last });
+            let resting = hosted.take().map(|hosted| resting(hosted, last));
             workers.give(Task { resting, ..task(id) });
             let done: Done = events.recv().unwrap();
             assert_eq!(done.worker, expected);
@@ -292,7 +327,7 @@ mod tests {
         }
         // Worker 1 is busy until its end is told.
         workers.give(task(4));
-        let resting = hosted.map(|hosted| Resting { hosted, worker: 1 });
+        let resting = hosted.map(|hosted| resting(hosted, 1));
         workers.give(Task { resting, ..task(5) });
         let both: [Done; 2] = [events.recv().unwrap(), events.recv().unwrap()];
         let worker_of = |id| both.iter().find(|done| done.job == JobId(id)).unwrap().worker;
@@ -300,6 +335,43 @@ mod tests {
         for done in both {
             workers.is_free(done.worker);
         }
+        workers.end();
+    }
+
+    #[test]
+    fn only_a_step_of_environments_whose_last_task_took_next_to_no_time_is_brief() {
+        let room = Room::new(Bounds::OF_SESSION, Bounds::OF_ALL);
+        let with = |kind, took| {
+            let hosted =
+                Box::new(Hosted::open_in(&one_env(), &Limits::default(), &room, 1).unwrap());
+            let mut task =
+                Task { resting: Some(Resting { took, ..resting(hosted, 0) }), ..task(0) };
+            task.job.header.kind = kind;
+            task.is_brief()
+        };
+        assert!(with(Kind::Request(Verb::Step), BRIEF / 2));
+        assert!(!with(Kind::Request(Verb::Step), BRIEF));
+        assert!(!with(Kind::Request(Verb::Reset), BRIEF / 2));
+        assert!(!task(0).is_brief());
+    }
+
+    #[test]
+    fn what_is_done_at_once_is_answered_as_a_worker_would_and_leaves_the_workers_free() {
+        let (events_in, events) = sync_channel(8);
+        let room = Room::new(Bounds::OF_SESSION, Bounds::OF_ALL);
+        let mut workers = Workers::start(2, Limits::default(), &room, &events_in);
+        let hosted =
+            || Box::new(Hosted::open_in(&one_env(), &Limits::default(), &room, 1).unwrap());
+        // A step that asks for no environment's action is refused.
+        let at_once = workers.do_at_once(Task { resting: Some(resting(hosted(), 1)), ..task(7) });
+        workers.give(Task { resting: Some(resting(hosted(), 1)), ..task(7) });
+        let handed_over: Done = events.recv().unwrap();
+        workers.is_free(handed_over.worker);
+        assert!(at_once.hosted.is_some());
+        assert_eq!((at_once.job, at_once.worker), (handed_over.job, handed_over.worker));
+        let faults = [at_once.result.unwrap_err(), handed_over.result.unwrap_err()];
+        assert_eq!(faults[0], faults[1]);
+        assert_eq!(workers.free.len(), 2);
         workers.end();
     }
 
