@@ -336,7 +336,7 @@ def test_answers_are_the_same_whether_they_find_their_client_awake_or_asleep(ser
     far.close()
 
 
-def test_only_after_a_quick_answer_is_the_next_one_waited_for_awake(monkeypatch):
+def test_only_after_a_quick_answer_is_the_next_one_waited_for_awake_until_another_takes_the_core(monkeypatch):
     class Replies:
         """Has nothing yet so many times that one looks, and is then worth a time of sleep."""
 
@@ -355,6 +355,7 @@ def test_only_after_a_quick_answer_is_the_next_one_waited_for_awake(monkeypatch)
 
     ways = []
     monkeypatch.setattr("swath._native.give_way", lambda: ways.append(1))
+    monkeypatch.setattr("swath.remote.link._TAKEN_S", 0.1)
     monkeypatch.setattr("swath.remote.link._AWAKE_S", 0.2)
     own = SimpleNamespace(is_quick=True)
 
@@ -372,6 +373,11 @@ def test_only_after_a_quick_answer_is_the_next_one_waited_for_awake(monkeypatch)
     assert waits(Replies(3)) == 0
     assert own.is_quick
     assert waits(Replies(2)) == 2
+    # Another takes the core.
+    monkeypatch.setattr("swath.remote.link._TAKEN_S", 0.0002)
+    monkeypatch.setattr("swath._native.give_way", lambda: ways.append(time.sleep(0.001)))
+    assert waits(Replies(2)) == 1
+    assert own.is_quick
 
 
 def test_choices_after_a_restore_are_those_of_the_state_put_back(server):

@@ -29,8 +29,9 @@ _VERBS = ("spec", "open", "reset", "step", "snapshot", "restore", "close", "stat
 _CONNECT_MS = 5000
 _LOOK_S = 1.0
 # An answer that came sooner was quick, and for so long the next one is waited for awake, while the core and the
-# interpreter are offered to others.
-_AWAKE_S = 0.003
+# interpreter are offered to others; whoever takes them for longer than this needs them more.
+_AWAKE_S = 0.01
+_TAKEN_S = 0.0002
 # What is left of a deadline is never no time at all.
 _SHORTEST_S = 0.001
 _NAME = re.compile(r"[a-z0-9-]{1,64}")
@@ -42,8 +43,8 @@ _READ_BYTES = 1 << 20
 # Larger than the largest message by far more than Zenoh adds.
 _MAX_MESSAGE_BYTES = (64 << 20) + (64 << 10)
 
-# One thread of Zenoh's takes in what comes and does what else there is, one sends; by Zenoh's own count there are six, and
-# a message wakes most of them. Where Zenoh looks for that, once in a process.
+# One thread of Zenoh's takes in what comes and does what else there is, one sends; by Zenoh's own count there are six,
+# and a message wakes most of them. Where Zenoh looks for that, once in a process.
 _THREADS_VARIABLE = "ZENOH_RUNTIME"
 _THREADS = "(acc: (handover: rx), app: (handover: rx), net: (handover: rx), rx: (worker_threads: 1))"
 
@@ -178,9 +179,14 @@ class Answers:
             yield message
 
     def _awake(self, begin_s: float) -> Iterator[bytes | None]:
-        while self._link.is_quick and not self.is_over and time.perf_counter() - begin_s < _AWAKE_S:
+        now_s = begin_s
+        while self._link.is_quick and not self.is_over and now_s - begin_s < _AWAKE_S:
             yield from self.arrived()
+            given_s = time.perf_counter()
             _native.give_way()
+            now_s = time.perf_counter()
+            if now_s - given_s > _TAKEN_S:
+                return
 
     def _asleep(self) -> Iterator[bytes | None]:
         for reply in self._replies:
