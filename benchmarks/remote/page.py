@@ -21,8 +21,9 @@ Local environments have the same Python around them as remote ones, and form no 
 For the peers an environment that simulates nothing returns the same 32 floats, a reward and its flags, so theirs is the
 time of the way alone, while swath's holds its simulation. Each has client and server of its own, in Python, in an
 environment of its own: dm_env_rpc with `DmEnvAdaptor`, OpenEnv with its asynchronous WebSocket client.
-Zenoh alone is a `get` from Python with as many bytes as a step and its reply, answered by Python.
-swath's client waits awake where answers are quick, as it always does; the other clients sleep until they are woken.
+Zenoh alone is a `get` from Python with as many bytes as a step and its reply, answered by Python, on Zenoh's own
+threads. swath's client waits awake where answers are quick, as it always does, and so does its server after a brief
+step; the others sleep until they are woken.
 """
 
 

@@ -26,8 +26,10 @@ use crate::worker::{Done, Resting, Task, Workers};
 const WAITING: usize = 4096;
 /// The server looks at its clock at least so often, milliseconds.
 const LONGEST_SLEEP_MS: u64 = 1000;
-/// After a brief step the next message is waited for awake, for so long.
+/// After a brief step the next message is waited for awake, for so long; whoever takes the core for longer than that needs
+/// it more.
 const AWAKE: Duration = Duration::from_micros(500);
+const TAKEN: Duration = Duration::from_micros(200);
 /// How long running requests may take to end when the server does, milliseconds.
 const LAST_WAIT_MS: u64 = 5000;
 /// The autoreset modes that an environment has: all three.
@@ -217,11 +219,16 @@ impl Server {
     fn next_event(&mut self, sleep: Duration) -> Result<Event, RecvTimeoutError> {
         if std::mem::take(&mut self.is_awake) {
             let clock = Clock::start();
-            while clock.elapsed() < AWAKE {
+            let mut now = Duration::ZERO;
+            while now < AWAKE {
                 match self.events.try_recv() {
                     Ok(event) => return Ok(event),
-                    Err(TryRecvError::Empty) => std::thread::yield_now(),
                     Err(TryRecvError::Disconnected) => return Err(RecvTimeoutError::Disconnected),
+                    Err(TryRecvError::Empty) => std::thread::yield_now(),
+                }
+                let given = std::mem::replace(&mut now, clock.elapsed());
+                if now > given + TAKEN {
+                    break;
                 }
             }
         }
@@ -257,8 +264,8 @@ impl Server {
             Ok(done) => tracing::trace!(session, steps = done.steps, "answered"),
         }
         if let Some(hosted) = done.hosted {
-            let Done { worker, took, .. } = done;
-            self.resting.insert(done.sid, Resting { hosted, worker, took });
+            let Done { worker, may_take, .. } = done;
+            self.resting.insert(done.sid, Resting { hosted, worker, may_take });
         }
         self.sessions.on_finished(now_ms, done.job, done.result);
         if done.verb == Verb::Open
@@ -283,7 +290,8 @@ impl Server {
                 // Where nobody waits for this thread meanwhile.
                 if task.is_brief() && self.running == 0 && !self.front.has_waiting() {
                     let done = self.workers.do_at_once(task);
-                    self.put_away(now_ms, done);
+                    tracing::trace!(session = short(done.sid), "done at once");
+                    self.put_away(self.clock.now_ms(), done);
                     self.is_awake = true;
                     return true;
                 }

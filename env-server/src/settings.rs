@@ -11,11 +11,9 @@ const WAITING_PIECES: usize = 16;
 /// Longer than what Zenoh adds to a message.
 const MESSAGE_SLACK: u32 = 64 << 10;
 
-/// One thread takes in what comes and does what else there is, one sends. By Zenoh's own count there are six, and a message
-/// wakes most of them: that a connection has something to read is noticed by the thread that accepted it, not by those
-/// that read.
-pub const THREADS: &str =
-    "(acc: (handover: rx), app: (handover: rx), net: (handover: rx), rx: (worker_threads: 1))";
+/// The threads that read also notice that there is something to read, and accept connections: by Zenoh's own count others
+/// do, which wake them. Time-outs stay with a thread of their own, since they may have to wait for clients that do not read.
+pub const THREADS: &str = "(acc: (handover: rx), app: (handover: rx))";
 /// Where Zenoh looks for them, once in a process.
 pub const THREADS_VARIABLE: &str = "ZENOH_RUNTIME";
 

@@ -20,7 +20,7 @@ use crate::clock::Clock;
 /// A worker without a task takes so many naps of at least this length before it sleeps until it is woken.
 const NAPS: u32 = 40;
 const NAP: Duration = Duration::from_micros(50);
-/// A step of environments whose last one took less is brief: to hand it over and to be woken for it takes about as long.
+/// What took less is brief: to hand it over and to be woken for it takes about as long.
 const BRIEF: Duration = Duration::from_micros(50);
 
 /// Environments that rest, and the worker that stepped them last.
@@ -30,8 +30,8 @@ pub struct Resting {
     pub hosted: Box<Hosted>,
     /// The worker: what they are made of may still lie in its core's cache.
     pub worker: usize,
-    /// How long that took.
-    pub took: Duration,
+    /// How long a job of theirs may take, as far as the last ones tell.
+    pub may_take: Duration,
 }
 
 /// A job, with the environments that it is for; an open has none yet.
@@ -44,11 +44,11 @@ pub struct Task {
 }
 
 impl Task {
-    /// Whether it is a step that takes next to no time, as far as the last one tells.
+    /// Whether it is a step that takes next to no time, as far as the last jobs tell.
     #[must_use]
     pub fn is_brief(&self) -> bool {
         let is_step = self.job.header.kind == Kind::Request(Verb::Step);
-        is_step && self.resting.as_ref().is_some_and(|resting| resting.took < BRIEF)
+        is_step && self.resting.as_ref().is_some_and(|resting| resting.may_take < BRIEF)
     }
 }
 
@@ -63,8 +63,8 @@ pub struct Done {
     pub sid: u128,
     /// Who did it, or had its environments last if the job was done at once.
     pub worker: usize,
-    /// How long it took.
-    pub took: Duration,
+    /// How long the next job of these environments may take.
+    pub may_take: Duration,
     /// The environments, unless they failed or were never built.
     pub hosted: Option<Box<Hosted>>,
     /// The reply.
@@ -192,10 +192,14 @@ fn carry_out(worker: usize, task: Task, limits: &Limits, room: &Arc<Room>) -> Do
     let Task { job, resting } = task;
     let (id, sid, seq) = (job.id, job.sid, job.header.seq);
     let Kind::Request(verb) = job.header.kind else { unreachable!("jobs are requests") };
-    let hosted = resting.map(|resting| resting.hosted);
+    let (hosted, before) =
+        resting.map_or((None, Duration::ZERO), |resting| (Some(resting.hosted), resting.may_take));
     let clock = Clock::start();
     let (hosted, result) = guarded(seq, || answer(&job, hosted, limits, room));
-    Done { job: id, verb, sid, worker, took: clock.elapsed(), hosted, result }
+    // Episodes that begin take long, and some steps of whoever pursues targets: what did once is believed to be brief
+    // only after some that were. What was refused tells nothing.
+    let may_take = if result.is_ok() { clock.elapsed().max(before / 2) } else { before };
+    Done { job: id, verb, sid, worker, may_take, hosted, result }
 }
 
 /// A panic of the environments is the end of them, and of nothing else.
@@ -250,7 +254,7 @@ mod tests {
     use std::sync::mpsc::sync_channel;
 
     use swath_wire::hosted::ENV_ID;
-    use swath_wire::message::{AutoresetMode, Open};
+    use swath_wire::message::{AutoresetMode, Open, Reset, Seeds};
     use swath_wire::room::Bounds;
     use swath_wire::server::JobId;
 
@@ -279,7 +283,7 @@ mod tests {
     }
 
     fn resting(hosted: Box<Hosted>, worker: usize) -> Resting {
-        Resting { hosted, worker, took: Duration::ZERO }
+        Resting { hosted, worker, may_take: Duration::ZERO }
     }
 
     fn done(events: &Receiver<Done>, workers: &mut Workers) -> usize {
@@ -339,13 +343,13 @@ mod tests {
     }
 
     #[test]
-    fn only_a_step_of_environments_whose_last_task_took_next_to_no_time_is_brief() {
+    fn only_a_step_of_environments_whose_last_jobs_took_next_to_no_time_is_brief() {
         let room = Room::new(Bounds::OF_SESSION, Bounds::OF_ALL);
-        let with = |kind, took| {
+        let with = |kind, may_take| {
             let hosted =
                 Box::new(Hosted::open_in(&one_env(), &Limits::default(), &room, 1).unwrap());
             let mut task =
-                Task { resting: Some(Resting { took, ..resting(hosted, 0) }), ..task(0) };
+                Task { resting: Some(Resting { may_take, ..resting(hosted, 0) }), ..task(0) };
             task.job.header.kind = kind;
             task.is_brief()
         };
@@ -353,6 +357,29 @@ mod tests {
         assert!(!with(Kind::Request(Verb::Step), BRIEF));
         assert!(!with(Kind::Request(Verb::Reset), BRIEF / 2));
         assert!(!task(0).is_brief());
+    }
+
+    #[test]
+    fn what_took_long_once_is_brief_only_after_jobs_that_were_and_what_is_refused_tells_nothing() {
+        let (events_in, _events) = sync_channel::<Done>(8);
+        let room = Room::new(Bounds::OF_SESSION, Bounds::OF_ALL);
+        let workers = Workers::start(1, Limits::default(), &room, &events_in);
+        let long = Duration::from_secs(3600);
+        let may_take = |verb: Verb, message: Vec<u8>| {
+            let hosted =
+                Box::new(Hosted::open_in(&one_env(), &Limits::default(), &room, 1).unwrap());
+            let mut task = task(1);
+            task.job.header.kind = Kind::Request(verb);
+            task.job.message = message.into();
+            task.resting = Some(Resting { hosted, worker: 0, may_take: long });
+            workers.do_at_once(task).may_take
+        };
+        let header = Header { boot_id: 1, sid: 1, seq: 1, kind: Kind::Request(Verb::Reset) };
+        let reset = Reset { seeds: Seeds::One(7), mask: &[], weeds: Vec::new() };
+        let reset = codec::write(&header, &reset).unwrap();
+        assert_eq!(may_take(Verb::Reset, reset), long / 2);
+        assert_eq!(may_take(Verb::Step, codec::write_empty(&header)), long);
+        workers.end();
     }
 
     #[test]

@@ -16,7 +16,7 @@ from types import SimpleNamespace
 import gymnasium as gym
 import numpy as np
 import pytest
-from remote_server import SERVER, SHORT, Server, actions_for, same
+from remote_server import SERVER, SHORT, Server, actions_for, free_port, same
 
 import swath
 from swath.registration import ENV_ID
@@ -295,36 +295,97 @@ def test_a_server_that_was_killed_is_named_and_its_successor_is_not_taken_for_it
 
 
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="threads are looked for where Linux shows them")
-@pytest.mark.parametrize("own", [None, "(acc: (handover: net), app: (handover: net))"])
-def test_zenoh_takes_in_on_one_thread_and_sends_on_another_unless_the_environment_says_otherwise(server, own):
+@pytest.mark.parametrize(
+    ("first", "own", "kinds"),
+    [
+        ("swath", None, {"rx", "tx"}),
+        ("zenoh", None, {"app", "net", "rx", "tx"}),
+        ("swath", "(app: (handover: net))", {"net", "rx", "tx"}),
+    ],
+)
+def test_zenoh_has_two_threads_unless_others_have_imported_it_or_the_environment_says_otherwise(
+    server, first, own, kinds, monkeypatch
+):
+    if own is None:
+        monkeypatch.delenv("ZENOH_RUNTIME", raising=False)
+    else:
+        monkeypatch.setenv("ZENOH_RUNTIME", own)
     code = f"""
-        import os, swath
+        import os, {first}, swath
         far = swath.remote.make("{ENV_ID}", connect="{server.endpoint}")
         for thread in os.listdir("/proc/self/task"):
-            with open(f"/proc/self/task/{{thread}}/comm") as name:
-                print(name.read().strip())
+            try:
+                with open(f"/proc/self/task/{{thread}}/comm") as name:
+                    print(name.read().strip())
+            except OSError:
+                pass  # It has ended.
         print(os.environ.get("ZENOH_RUNTIME"))
     """
-    environment = {name: value for name, value in os.environ.items() if name != "ZENOH_RUNTIME"}
-    if own is not None:
-        environment["ZENOH_RUNTIME"] = own
     command = [sys.executable, "-c", textwrap.dedent(code)]
-    client = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=20, check=True)
+    client = subprocess.run(command, capture_output=True, text=True, timeout=20, check=True)
     *names, told = client.stdout.splitlines()
     assert told == str(own)
+    # Those of Zenoh's are called by their kind and a number.
+    assert {name.partition("-")[0] for name in names if re.fullmatch(r"[a-z]+-[0-9]+", name)} == kinds
 
-    def kinds(names):
-        """Those of Zenoh's are called by their kind and a number."""
-        return {name.partition("-")[0] for name in names if re.fullmatch(r"[a-z]+-[0-9]+", name)}
 
-    assert kinds(names) == ({"rx", "tx"} if own is None else {"net", "rx", "tx"})
-    of_server = Path(f"/proc/{server.process.pid}/task").glob("*/comm")
-    assert kinds(name.read_text().strip() for name in of_server) == {"rx", "tx"}
+def test_a_subscriber_of_the_same_process_that_nobody_reads_holds_up_no_step(server):
+    code = f"""
+        import json, os, swath, zenoh
+        far = swath.remote.make("{ENV_ID}", connect="{server.endpoint}")
+        far.reset(seed=7)
+
+        def opened(**settings):
+            config = zenoh.Config()
+            config.insert_json5("scouting/multicast/enabled", "false")
+            for path, value in settings.items():
+                config.insert_json5(path.replace("_", "/"), json.dumps(value))
+            return zenoh.open(config)
+
+        endpoints = ["tcp/127.0.0.1:{free_port()}"]
+        deaf = opened(listen_endpoints=endpoints)
+        subscriber = deaf.declare_subscriber("much")
+        other = opened(mode="client", connect_endpoints=endpoints)
+        for _ in range(1000):
+            other.put("much", b"", congestion_control=zenoh.CongestionControl.DROP)
+        for _ in range(50):
+            far.step(far.action_space.sample())
+        far.close()
+        print(sum(1 for _ in iter(subscriber.try_recv, None)), flush=True)
+        # Zenoh would wait for the subscriber.
+        os._exit(0)
+    """
+    run = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, timeout=30, check=True
+    )
+    assert int(run.stdout) >= 256, "its channel was full"
+
+
+def test_a_server_steps_few_environments_at_once_and_leaves_many_to_a_worker(tmp_path, monkeypatch):
+    monkeypatch.setenv("SWATH_LOG", "swath_server=trace")
+    steps = {}
+    for count in (1, 2048):
+        log = tmp_path / f"{count}.txt"
+        server = Server(log=log)
+        far = swath.remote.make_vec(ENV_ID, count, connect=server.endpoint)
+        far.reset(seed=3)
+        actions = np.zeros((count, *far.single_action_space.shape), np.float32)
+        for _ in range(60):
+            far.step(actions)
+        far.close()
+        server.end()
+        text = log.read_text()
+        assert text.count("answered") >= 60
+        steps[count] = text.count("done at once")
+    # Where a core is another's for a while, a step is not as brief as it was.
+    assert steps[1] > 0
+    assert steps[2048] == 0
 
 
 @pytest.mark.parametrize("awake_s", [0.0, 60.0])
 def test_answers_are_the_same_whether_they_find_their_client_awake_or_asleep(server, monkeypatch, awake_s):
     monkeypatch.setattr("swath.remote.link._AWAKE_S", awake_s)
+    monkeypatch.setattr("swath.remote.link._TAKEN_S", 60.0)
     here = gym.make_vec(ENV_ID, num_envs=3, **SHORT)
     # An answer that gets lost in the client is not asked for again.
     far = swath.remote.make_vec(ENV_ID, 3, connect=[server.endpoint] * 2, attempt_s=60.0, **SHORT)

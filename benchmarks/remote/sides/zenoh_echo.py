@@ -1,6 +1,6 @@
 """Zenoh alone: a question with as many bytes as a step, and an answer with as many as its reply; nobody looks at them.
 
-Both ends are Python's Zenoh, with the settings and threads of swath's client and server.
+Both ends are Python's Zenoh, with the settings of swath's client and server, and with Zenoh's own threads.
 """
 
 from __future__ import annotations
@@ -10,8 +10,6 @@ import sys
 from typing import Any
 
 from benchmarks.remote.sides.blocks import other_end, serve, stay
-
-from swath.remote.link import opened
 
 KEY = "echo"
 _QUIET = {
@@ -29,7 +27,7 @@ def _session(settings: dict[str, object]) -> Any:  # noqa: ANN401 - a Zenoh sess
     config = zenoh.Config()
     for path, value in (_QUIET | settings).items():
         config.insert_json5(path, json.dumps(value))
-    return opened(config)
+    return zenoh.open(config)
 
 
 def echo(endpoint: str, reply_bytes: int) -> None:

@@ -40,6 +40,7 @@ fn a_batch_on_a_server_sends_the_bytes_that_a_batch_at_hand_forms() {
 
 #[test]
 fn a_client_that_does_not_read_holds_up_nobody_else() {
+    const GIVES_UP: Duration = Duration::from_secs(1);
     let server = Running::start(&[]);
     let deaf = Client::new(&server.endpoint);
     let many = batch(1, 4096);
@@ -71,10 +72,12 @@ fn a_client_that_does_not_read_holds_up_nobody_else() {
         let heard = move |_| {
             let _ = sleep.lock().unwrap().recv();
         };
-        let query = deaf.session.get("swath/v1/default/rpc/reset").payload(&reset);
+        let query =
+            deaf.session.get("swath/v1/default/rpc/reset").payload(&reset).timeout(GIVES_UP);
         query.consolidation(ConsolidationMode::None).callback(heard).wait().unwrap();
         for (_, reset) in &others {
-            let query = deaf.session.get("swath/v1/default/rpc/reset").payload(reset);
+            let query =
+                deaf.session.get("swath/v1/default/rpc/reset").payload(reset).timeout(GIVES_UP);
             let unheard = query.consolidation(ConsolidationMode::None).callback(|_| ());
             unheard.wait().unwrap();
         }
@@ -96,6 +99,8 @@ fn a_client_that_does_not_read_holds_up_nobody_else() {
         unheard(Verb::Spec, &spec);
         unheard(Verb::Close, &codec::write_empty(&unknown));
     }
+    // The server's Zenoh gives up the queries, and has to say so on the same connection.
+    std::thread::sleep(GIVES_UP + Duration::from_millis(500));
     // Sooner than Zenoh gives up who does not read.
     client.ask_within(Duration::from_secs(2), Verb::Spec, &spec).unwrap();
     let clock = Clock::start();

@@ -9,6 +9,7 @@ import ctypes
 import json
 import os
 import re
+import sys
 import time
 import weakref
 from itertools import chain
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
     import zenoh
 
-__all__ = ["Answers", "Link", "checked_endpoint", "opened"]
+__all__ = ["Answers", "Link", "checked_endpoint"]
 
 _VERBS = ("spec", "open", "reset", "step", "snapshot", "restore", "close", "stats")
 _CONNECT_MS = 5000
@@ -58,6 +59,15 @@ class _Forked:
     is_too_late = False
 
 
+class _Threads:
+    """Whether Zenoh's threads are for us to choose: nobody in this process has imported Zenoh before.
+
+    With ours, whoever lets the channel of a subscriber run full would hold up our answers too.
+    """
+
+    are_ours: bool | None = None
+
+
 _forked = _Forked()
 
 
@@ -82,6 +92,8 @@ class Link:
         if _forked.is_too_late:
             text = "the process was forked after environments on a server were opened; use `spawn` or `forkserver`"
             raise RemoteError(text)
+        if _Threads.are_ours is None:
+            _Threads.are_ours = "zenoh" not in sys.modules
         import zenoh
 
         checked_endpoint(endpoint)
@@ -94,7 +106,7 @@ class Link:
         settings = _settings(zenoh, endpoint, config)
         _forked.has_opened = True
         try:
-            self._session = opened(settings)
+            self._session = _opened(zenoh, settings)
         except zenoh.ZError as error:
             # Whoever refuses a certificate says nothing to the other end.
             perhaps = "; nobody listens there, or the certificates do not fit" if endpoint.startswith("tls/") else ""
@@ -223,23 +235,18 @@ def checked_endpoint(endpoint: object) -> tuple[str, int]:
     return found[1].strip("[]"), int(found[2])
 
 
-def opened(settings: Any) -> Any:  # noqa: ANN401 - Zenoh is imported late
-    """Opens a session of Zenoh's; of the first in a process its threads are ours, unless the environment says which.
-
-    Raises:
-        zenoh.ZError: If there is nobody, or a setting is not taken.
-    """
-    import zenoh
-
-    is_ours = _THREADS_VARIABLE not in os.environ
-    if is_ours:
-        os.environ[_THREADS_VARIABLE] = _THREADS
-    try:
+def _opened(zenoh: Any, settings: Any) -> Any:  # noqa: ANN401 - it is imported late
+    if not _Threads.are_ours or _THREADS_VARIABLE in os.environ:
         return zenoh.open(settings)
+    os.environ[_THREADS_VARIABLE] = _THREADS
+    try:
+        session = zenoh.open(settings)
+        # From now on they are there.
+        _Threads.are_ours = False
     finally:
-        if is_ours:
-            # Processes that this one starts decide for themselves.
-            os.environ.pop(_THREADS_VARIABLE, None)
+        # Processes that this one starts decide for themselves.
+        os.environ.pop(_THREADS_VARIABLE, None)
+    return session
 
 
 def _settings(zenoh: Any, endpoint: str, further: dict[str, object] | None) -> Any:  # noqa: ANN401 - it is imported late
