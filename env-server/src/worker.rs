@@ -282,6 +282,10 @@ mod tests {
         }
     }
 
+    fn hosted(room: &Arc<Room>) -> Box<Hosted> {
+        Box::new(Hosted::open_in(&one_env(), &Limits::default(), room, 1).unwrap())
+    }
+
     fn resting(hosted: Box<Hosted>, worker: usize) -> Resting {
         Resting { hosted, worker, may_take: Duration::ZERO }
     }
@@ -318,8 +322,7 @@ mod tests {
         let (events_in, events) = sync_channel(8);
         let room = Room::new(Bounds::OF_SESSION, Bounds::OF_ALL);
         let mut workers = Workers::start(3, Limits::default(), &room, &events_in);
-        let mut hosted =
-            Some(Box::new(Hosted::open_in(&one_env(), &Limits::default(), &room, 1).unwrap()));
+        let mut hosted = Some(hosted(&room));
         for (id, last, expected) in [(0, 1, 1), (1, 0, 0), (2, 1, 1), (3, 1, 1)] {
             let resting = hosted.take().map(|hosted| resting(hosted, last));
             workers.give(Task { resting, ..task(id) });
@@ -346,10 +349,8 @@ mod tests {
     fn only_a_step_of_environments_whose_last_jobs_took_next_to_no_time_is_brief() {
         let room = Room::new(Bounds::OF_SESSION, Bounds::OF_ALL);
         let with = |kind, may_take| {
-            let hosted =
-                Box::new(Hosted::open_in(&one_env(), &Limits::default(), &room, 1).unwrap());
-            let mut task =
-                Task { resting: Some(Resting { may_take, ..resting(hosted, 0) }), ..task(0) };
+            let resting = Resting { may_take, ..resting(hosted(&room), 0) };
+            let mut task = Task { resting: Some(resting), ..task(0) };
             task.job.header.kind = kind;
             task.is_brief()
         };
@@ -366,12 +367,10 @@ mod tests {
         let workers = Workers::start(1, Limits::default(), &room, &events_in);
         let long = Duration::from_secs(3600);
         let may_take = |verb: Verb, message: Vec<u8>| {
-            let hosted =
-                Box::new(Hosted::open_in(&one_env(), &Limits::default(), &room, 1).unwrap());
             let mut task = task(1);
             task.job.header.kind = Kind::Request(verb);
             task.job.message = message.into();
-            task.resting = Some(Resting { hosted, worker: 0, may_take: long });
+            task.resting = Some(Resting { may_take: long, ..resting(hosted(&room), 0) });
             workers.do_at_once(task).may_take
         };
         let header = Header { boot_id: 1, sid: 1, seq: 1, kind: Kind::Request(Verb::Reset) };
@@ -387,11 +386,10 @@ mod tests {
         let (events_in, events) = sync_channel(8);
         let room = Room::new(Bounds::OF_SESSION, Bounds::OF_ALL);
         let mut workers = Workers::start(2, Limits::default(), &room, &events_in);
-        let hosted =
-            || Box::new(Hosted::open_in(&one_env(), &Limits::default(), &room, 1).unwrap());
         // A step that asks for no environment's action is refused.
-        let at_once = workers.do_at_once(Task { resting: Some(resting(hosted(), 1)), ..task(7) });
-        workers.give(Task { resting: Some(resting(hosted(), 1)), ..task(7) });
+        let refused = || Task { resting: Some(resting(hosted(&room), 1)), ..task(7) };
+        let at_once = workers.do_at_once(refused());
+        workers.give(refused());
         let handed_over: Done = events.recv().unwrap();
         workers.is_free(handed_over.worker);
         assert!(at_once.hosted.is_some());

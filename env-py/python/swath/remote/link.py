@@ -69,6 +69,7 @@ class _Threads:
 
 
 _forked = _Forked()
+_threads = _Threads()
 
 
 class Link:
@@ -92,8 +93,8 @@ class Link:
         if _forked.is_too_late:
             text = "the process was forked after environments on a server were opened; use `spawn` or `forkserver`"
             raise RemoteError(text)
-        if _Threads.are_ours is None:
-            _Threads.are_ours = "zenoh" not in sys.modules
+        if _threads.are_ours is None:
+            _threads.are_ours = "zenoh" not in sys.modules
         import zenoh
 
         checked_endpoint(endpoint)
@@ -236,13 +237,13 @@ def checked_endpoint(endpoint: object) -> tuple[str, int]:
 
 
 def _opened(zenoh: Any, settings: Any) -> Any:  # noqa: ANN401 - it is imported late
-    if not _Threads.are_ours or _THREADS_VARIABLE in os.environ:
+    if not _threads.are_ours or _THREADS_VARIABLE in os.environ:
         return zenoh.open(settings)
     os.environ[_THREADS_VARIABLE] = _THREADS
     try:
         session = zenoh.open(settings)
         # From now on they are there.
-        _Threads.are_ours = False
+        _threads.are_ours = False
     finally:
         # Processes that this one starts decide for themselves.
         os.environ.pop(_THREADS_VARIABLE, None)
