@@ -100,11 +100,14 @@ wheel-server: build-release ## the server as a wheel in target/wheels-server, ch
 # Tests
 
 .PHONY: test
-test: test-rust test-server test-py ## every test but the slow ones; LONG=1: those too, and more cases for properties
+test: test-rust test-server test-py ## every test but the slow ones; LONG=1: those too, and more and other cases of properties
 
 .PHONY: test-rust
 test-rust: export PROPTEST_CASES := $(if $(LONG),2000,64)
-test-rust: tools ## the Rust tests; ARGS= filters, LONG=1 raises the case counts
+ifndef LONG
+test-rust: export PROPTEST_RNG_SEED := 0
+endif
+test-rust: tools ## the Rust tests; ARGS= filters, LONG=1: more cases, other ones each time
 	@if cargo nextest --version >/dev/null 2>&1; then set -x; cargo nextest run --locked $(ARGS); \
 	else set -x; cargo test --locked --lib --bins --tests $(ARGS); fi
 	$(if $(ARGS),,cargo test --locked --doc)

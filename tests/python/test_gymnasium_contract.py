@@ -262,7 +262,7 @@ def test_options_that_cannot_be_used_are_refused_by_name(env, options, text):
 
 def test_flags_are_bool_and_the_reward_is_a_float(env):
     env.reset(seed=0)
-    _, reward, terminated, truncated, info = env.step(env.action_space.sample())
+    _, reward, terminated, truncated, info = env.step(any_action(env))
     assert type(reward) is float
     assert terminated is False
     assert truncated is False

@@ -334,6 +334,7 @@ def test_a_subscriber_of_the_same_process_that_nobody_reads_holds_up_no_step(ser
         import json, os, swath, zenoh
         far = swath.remote.make("{ENV_ID}", connect="{server.endpoint}")
         far.reset(seed=7)
+        far.action_space.seed(7)
 
         def opened(**settings):
             config = zenoh.Config()
