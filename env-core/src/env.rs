@@ -13,6 +13,7 @@ pub use snapshot::{SnapshotError, weeds_in};
 pub use summary::Summary;
 pub use watch::Watch;
 
+use std::slice;
 use std::sync::Arc;
 
 use crate::action::{Action, ActionDecoder, ActionError, ActionSpec, Command, Order};
@@ -20,6 +21,7 @@ use crate::belief::Belief;
 use crate::candidates::{Candidates, Purpose};
 use crate::config::{ActionKind, NamedStart, ObservationKind, Start, ValidScenario};
 use crate::episode::{End, Episode, Limits};
+use crate::fetch::fetch;
 use crate::geometry::{Point, Pose};
 use crate::grid::Grid;
 use crate::mower::Mower;
@@ -380,6 +382,18 @@ impl Env {
     /// Environments that are stepped in turn hand it on, so that it stays in the cache.
     pub(crate) fn hand_on(&mut self, next: &mut Self) {
         std::mem::swap(&mut self.rig, &mut next.rig);
+    }
+
+    /// Asks for what lies within, since a step is to come before long.
+    #[inline]
+    pub(crate) fn fetch(&self) {
+        fetch(slice::from_ref(self));
+    }
+
+    /// The same for what lies elsewhere, once [`Env::fetch`] has brought where that is.
+    #[inline]
+    pub(crate) fn fetch_rest(&self) {
+        self.memory.fetch();
     }
 
     /// All that an agent may know.

@@ -32,6 +32,7 @@
 //! ```
 
 pub mod math;
+mod fetch;
 pub mod geometry;
 pub mod config;
 pub mod rng;

@@ -22,6 +22,8 @@ pub(super) struct Form {
     pub(super) last_choices: usize,
     /// Fewer rows are not shared between threads.
     pub(super) rows_a_task: usize,
+    /// Whether the next rows are fetched while one is stepped.
+    pub(super) is_fetched: bool,
 }
 
 /// Some neighbouring rows: their environments, what goes in, and where it comes out.
@@ -56,6 +58,10 @@ impl Rows<'_> {
         let mut ended = 0;
         for row in 0..envs.len() {
             let (before, from_here) = envs.split_at_mut(row);
+            if form.is_fetched {
+                from_here.get(2).map(Env::fetch);
+                from_here.get(1).map(Env::fetch_rest);
+            }
             let (env, state) = (&mut from_here[0], &mut states[row]);
             if let Some(last) = before.last_mut() {
                 last.hand_on(env);

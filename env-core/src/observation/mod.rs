@@ -39,6 +39,12 @@ pub struct Memory {
 }
 
 impl Memory {
+    /// Asks for what the next observation looks at.
+    #[inline]
+    pub(crate) fn fetch(&self) {
+        self.nearest.iter().for_each(NearestWeeds::fetch);
+    }
+
     /// Begins another episode, or goes on with another state: what was remembered of the last one does not hold.
     pub(crate) fn clear(&mut self) {
         if let Some(nearest) = &mut self.nearest {

@@ -4,6 +4,7 @@ use smallvec::SmallVec;
 
 use super::ranked::{self, FEW, Ranked};
 use super::rough::{GROUP, RoughPositions};
+use crate::fetch::fetch;
 use crate::geometry::Point;
 use crate::known::{KnownWeed, KnownWeeds, Window, is_before};
 
@@ -72,6 +73,12 @@ impl NearestWeeds {
         self.window = Window::EVERYWHERE;
         self.next_number = 0;
         self.removals = 0;
+    }
+
+    /// Asks for those that were listed last time.
+    #[inline]
+    pub(super) fn fetch(&self) {
+        fetch(&self.weeds[..self.most.min(self.weeds.len())]);
     }
 
     /// The nearest weeds to `from`, nearest first, ties by order of detection.
