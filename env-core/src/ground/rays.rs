@@ -30,6 +30,26 @@ const fn steps(columns: usize) -> [Steps; 4] {
     ]
 }
 
+/// The cells of a tile that a ray from one of them can meet, by quadrant and by the number of that one.
+static AHEAD: [[u64; TILE * TILE]; 4] = {
+    const EACH_ROW: u64 = 0x0101_0101_0101_0101;
+    let mut ahead = [[0; TILE * TILE]; 4];
+    let mut cell = 0;
+    while cell < TILE * TILE {
+        let (column, row) = (cell % TILE, cell / TILE);
+        let rightwards = EACH_ROW * (0xff << column & 0xff);
+        let leftwards = EACH_ROW * (0xff >> (TILE - 1 - column));
+        let upwards = u64::MAX << (TILE * row);
+        let downwards = u64::MAX >> (TILE * (TILE - 1 - row));
+        ahead[0][cell] = rightwards & upwards;
+        ahead[1][cell] = leftwards & upwards;
+        ahead[2][cell] = rightwards & downwards;
+        ahead[3][cell] = leftwards & downwards;
+        cell += 1;
+    }
+    ahead
+};
+
 /// The rays from one point through the cells of a set.
 ///
 /// A ray walks from cell to cell (Amanatides & Woo, 1987, "A Fast Voxel Traversal Algorithm for Ray Tracing"), and over a
@@ -168,6 +188,15 @@ fn tile_at(point: f64x2, origin: f64x2, tiles: (usize, usize)) -> (usize, f64x2)
     (row * tiles.0 + column, first + f64x2::splat(HALF_TILE) - origin)
 }
 
+/// How many whole cells are left where a ray has so many cells to go in a tile: the lowest bits of a pair.
+#[inline]
+fn whole_cells(left: f64x2) -> f64x2 {
+    (left - f64x2::splat(0.5 + HAIR))
+        .fast_max(f64x2::ZERO)
+        .fast_min(f64x2::splat((TILE - 1) as f64))
+        + f64x2::splat(NO_FRACTION)
+}
+
 /// The smaller of a pair.
 #[inline]
 fn least(pair: f64x2) -> f64 {
@@ -224,31 +253,43 @@ impl Ray {
         x.wrapping_add(y) as i32
     }
 
+    /// The number of the cell behind which so many whole ones are left, as [`whole_cells`] has them.
+    #[inline]
+    #[expect(clippy::cast_possible_truncation, reason = "the lowest bits are wanted")]
+    fn cell(&self, whole: f64x2) -> usize {
+        // What makes of the cells left the number of one, by quadrant.
+        const NUMBERS: [u64; 4] = [0o77, 0o70, 0o07, 0o00];
+        let [x, y] = whole.to_array().map(f64::to_bits);
+        (x.wrapping_add(y.wrapping_mul(TILE as u64)) ^ NUMBERS[self.quadrant]) as usize
+    }
+
     /// The way to the first cell of a tile that the ray meets, if it meets one. It enters the tile after `at_m` metres, and
     /// leaves its columns and rows after `leaves_m`.
     #[inline]
     fn first_hit(&self, word: u64, mut at_m: f64, leaves_m: f64x2) -> Option<f64> {
-        /// What makes of the cells left in a tile the number of one, by quadrant.
-        const NUMBERS: [u64; 4] = [0o77, 0o70, 0o07, 0o00];
         const STEPS: [Steps; 4] = steps(TILE);
         // How many cells are left in the tile, whole ones and a part of one.
         let left = (leaves_m - f64x2::splat(at_m)) * self.speed;
-        let whole = (left - f64x2::splat(0.5 + HAIR))
-            .fast_max(f64x2::ZERO)
-            .fast_min(f64x2::splat((TILE - 1) as f64))
-            + f64x2::splat(NO_FRACTION);
+        let whole = whole_cells(left);
         let part = (left - (whole - f64x2::splat(NO_FRACTION))).fast_max(f64x2::ZERO);
-        let [x, y] = whole.to_array().map(f64::to_bits);
-        let mut cell = x.wrapping_add(y.wrapping_mul(TILE as u64)) ^ NUMBERS[self.quadrant];
+        let mut cell = self.cell(whole);
+        // Many rays that meet no cell of the set have none in the box around their way either, which is sooner asked.
+        let leaves_tile_m = least(leaves_m);
+        let last = self.cell(whole_cells((leaves_m - f64x2::splat(leaves_tile_m)) * self.speed));
+        let (ahead, behind) = (&AHEAD[self.quadrant], &AHEAD[self.quadrant ^ 3]);
+        let word = word & ahead[cell % 64] & behind[last % 64];
+        if word == 0 {
+            return None;
+        }
         let mut borders_m = part * self.cell_m + f64x2::splat(at_m);
-        let end_m = least(leaves_m) * (1.0 - HAIR);
+        let end_m = leaves_tile_m * (1.0 - HAIR);
         while word >> (cell % 64) & 1 == 0 {
             let (border_m, crossed) = cross(&mut borders_m, self.cell_m);
             if border_m >= end_m {
                 return None;
             }
             at_m = border_m;
-            cell = cell.wrapping_add(STEPS[self.quadrant][crossed] as u64);
+            cell = cell.wrapping_add(STEPS[self.quadrant][crossed]);
         }
         Some(at_m)
     }
