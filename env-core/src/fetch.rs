@@ -13,8 +13,8 @@ pub(crate) fn fetch<T>(values: &[T]) {
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
         let first = values.as_ptr().cast::<i8>();
-        // They may begin in the middle of a line, and end in one more.
-        for offset in (0..=size_of_val(values)).step_by(LINE_BYTES) {
+        // They may begin in the middle of a line, and so end in one more.
+        for offset in (0..size_of_val(values) + LINE_BYTES - 1).step_by(LINE_BYTES) {
             let line = first.wrapping_add(offset);
             #[expect(unsafe_code, reason = "the only way to ask")]
             // SAFETY: a prefetch reads nothing that the program could see and never faults, whatever the address.

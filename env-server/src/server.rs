@@ -26,9 +26,9 @@ use crate::worker::{Done, Resting, Task, Workers};
 const WAITING: usize = 4096;
 /// The server looks at its clock at least so often, milliseconds.
 const LONGEST_SLEEP_MS: u64 = 1000;
-/// After a brief step the next message is waited for awake, for so long; whoever takes the core for longer than that needs
-/// it more.
+/// After a brief step the next message is waited for awake, for so long.
 const AWAKE: Duration = Duration::from_micros(500);
+/// Whoever takes the core meanwhile for longer than this needs it more.
 const TAKEN: Duration = Duration::from_micros(200);
 /// How long running requests may take to end when the server does, milliseconds.
 const LAST_WAIT_MS: u64 = 5000;
@@ -264,8 +264,8 @@ impl Server {
             Ok(done) => tracing::trace!(session, steps = done.steps, "answered"),
         }
         if let Some(hosted) = done.hosted {
-            let Done { worker, may_take, .. } = done;
-            self.resting.insert(done.sid, Resting { hosted, worker, may_take });
+            let Done { worker, pace, .. } = done;
+            self.resting.insert(done.sid, Resting { hosted, worker, pace });
         }
         self.sessions.on_finished(now_ms, done.job, done.result);
         if done.verb == Verb::Open

@@ -11,8 +11,8 @@ const WAITING_PIECES: usize = 16;
 /// Longer than what Zenoh adds to a message.
 const MESSAGE_SLACK: u32 = 64 << 10;
 
-/// The threads that read also notice that there is something to read, and accept connections: by Zenoh's own count others
-/// do, which wake them. Time-outs stay with a thread of their own, since they may have to wait for clients that do not read.
+/// The threads that read also notice what there is to read, and accept connections: by Zenoh's own count others do, which
+/// wake them. Time-outs stay with a thread of their own, since they may have to wait for clients that do not read.
 pub const THREADS: &str = "(acc: (handover: rx), app: (handover: rx))";
 /// Where Zenoh looks for them, once in a process.
 pub const THREADS_VARIABLE: &str = "ZENOH_RUNTIME";

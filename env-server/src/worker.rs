@@ -22,6 +22,8 @@ const NAPS: u32 = 40;
 const NAP: Duration = Duration::from_micros(50);
 /// What took less is brief: to hand it over and to be woken for it takes about as long.
 const BRIEF: Duration = Duration::from_micros(50);
+/// A step may begin an episode, and that must not hold up a server for longer.
+const HOLDS_UP: Duration = Duration::from_millis(5);
 
 /// Environments that rest, and the worker that stepped them last.
 #[derive(Debug)]
@@ -30,8 +32,34 @@ pub struct Resting {
     pub hosted: Box<Hosted>,
     /// The worker: what they are made of may still lie in its core's cache.
     pub worker: usize,
-    /// How long a job of theirs may take, as far as the last ones tell.
-    pub may_take: Duration,
+    /// How long jobs of theirs may take.
+    pub pace: Pace,
+}
+
+/// How long jobs of some environments may take, as far as the last ones tell.
+#[derive(Debug, Clone, Copy)]
+pub struct Pace {
+    /// The next one.
+    may_take: Duration,
+    /// One in which episodes begin: what was no step took about so long.
+    may_begin: Duration,
+}
+
+impl Pace {
+    /// Of environments that have done nothing yet.
+    const UNKNOWN: Self = Self { may_take: Duration::ZERO, may_begin: Duration::MAX };
+
+    /// Whether a step takes next to no time, and not long if an episode begins.
+    fn is_brief(self) -> bool {
+        self.may_take < BRIEF && self.may_begin < HOLDS_UP
+    }
+
+    /// The same after a job that took so long. Some steps take longer than others: what did once is believed to be brief only
+    /// after some that were.
+    fn after(self, verb: Verb, took: Duration) -> Self {
+        let may_begin = if verb == Verb::Step { self.may_begin } else { took };
+        Self { may_take: took.max(self.may_take / 2), may_begin }
+    }
 }
 
 /// A job, with the environments that it is for; an open has none yet.
@@ -48,7 +76,7 @@ impl Task {
     #[must_use]
     pub fn is_brief(&self) -> bool {
         let is_step = self.job.header.kind == Kind::Request(Verb::Step);
-        is_step && self.resting.as_ref().is_some_and(|resting| resting.may_take < BRIEF)
+        is_step && self.resting.as_ref().is_some_and(|resting| resting.pace.is_brief())
     }
 }
 
@@ -63,8 +91,8 @@ pub struct Done {
     pub sid: u128,
     /// Who did it, or had its environments last if the job was done at once.
     pub worker: usize,
-    /// How long the next job of these environments may take.
-    pub may_take: Duration,
+    /// How long jobs of these environments may take.
+    pub pace: Pace,
     /// The environments, unless they failed or were never built.
     pub hosted: Option<Box<Hosted>>,
     /// The reply.
@@ -192,14 +220,13 @@ fn carry_out(worker: usize, task: Task, limits: &Limits, room: &Arc<Room>) -> Do
     let Task { job, resting } = task;
     let (id, sid, seq) = (job.id, job.sid, job.header.seq);
     let Kind::Request(verb) = job.header.kind else { unreachable!("jobs are requests") };
-    let (hosted, before) =
-        resting.map_or((None, Duration::ZERO), |resting| (Some(resting.hosted), resting.may_take));
+    let (hosted, pace) =
+        resting.map_or((None, Pace::UNKNOWN), |resting| (Some(resting.hosted), resting.pace));
     let clock = Clock::start();
     let (hosted, result) = guarded(seq, || answer(&job, hosted, limits, room));
-    // Episodes that begin take long, and some steps of whoever pursues targets: what did once is believed to be brief
-    // only after some that were. What was refused tells nothing.
-    let may_take = if result.is_ok() { clock.elapsed().max(before / 2) } else { before };
-    Done { job: id, verb, sid, worker, may_take, hosted, result }
+    // What was refused tells nothing.
+    let pace = if result.is_ok() { pace.after(verb, clock.elapsed()) } else { pace };
+    Done { job: id, verb, sid, worker, pace, hosted, result }
 }
 
 /// A panic of the environments is the end of them, and of nothing else.
@@ -287,7 +314,7 @@ mod tests {
     }
 
     fn resting(hosted: Box<Hosted>, worker: usize) -> Resting {
-        Resting { hosted, worker, may_take: Duration::ZERO }
+        Resting { hosted, worker, pace: Pace::UNKNOWN }
     }
 
     fn done(events: &Receiver<Done>, workers: &mut Workers) -> usize {
@@ -345,19 +372,40 @@ mod tests {
         workers.end();
     }
 
+    /// Of environments whose episodes begin in no time.
+    fn pace(may_take: Duration) -> Pace {
+        Pace { may_take, may_begin: Duration::ZERO }
+    }
+
     #[test]
     fn only_a_step_of_environments_whose_last_jobs_took_next_to_no_time_is_brief() {
         let room = Room::new(Bounds::OF_SESSION, Bounds::OF_ALL);
-        let with = |kind, may_take| {
-            let resting = Resting { may_take, ..resting(hosted(&room), 0) };
+        let with = |kind, pace| {
+            let resting = Resting { pace, ..resting(hosted(&room), 0) };
             let mut task = Task { resting: Some(resting), ..task(0) };
             task.job.header.kind = kind;
             task.is_brief()
         };
-        assert!(with(Kind::Request(Verb::Step), BRIEF / 2));
-        assert!(!with(Kind::Request(Verb::Step), BRIEF));
-        assert!(!with(Kind::Request(Verb::Reset), BRIEF / 2));
+        assert!(with(Kind::Request(Verb::Step), pace(BRIEF / 2)));
+        assert!(!with(Kind::Request(Verb::Step), pace(BRIEF)));
+        assert!(!with(Kind::Request(Verb::Reset), pace(BRIEF / 2)));
         assert!(!task(0).is_brief());
+    }
+
+    #[test]
+    fn no_step_is_brief_where_the_beginning_of_an_episode_within_it_would_hold_up_the_server() {
+        let (long, short) = (2 * HOLDS_UP, BRIEF / 2);
+        let mut pace = Pace::UNKNOWN.after(Verb::Reset, long);
+        for _ in 0..1000 {
+            pace = pace.after(Verb::Step, short);
+        }
+        assert!(!pace.is_brief());
+        pace = pace.after(Verb::Reset, HOLDS_UP / 2);
+        for _ in 0..1000 {
+            pace = pace.after(Verb::Step, short);
+        }
+        assert!(pace.is_brief());
+        assert!(!Pace::UNKNOWN.is_brief());
     }
 
     #[test]
@@ -370,8 +418,8 @@ mod tests {
             let mut task = task(1);
             task.job.header.kind = Kind::Request(verb);
             task.job.message = message.into();
-            task.resting = Some(Resting { may_take: long, ..resting(hosted(&room), 0) });
-            workers.do_at_once(task).may_take
+            task.resting = Some(Resting { pace: pace(long), ..resting(hosted(&room), 0) });
+            workers.do_at_once(task).pace.may_take
         };
         let header = Header { boot_id: 1, sid: 1, seq: 1, kind: Kind::Request(Verb::Reset) };
         let reset = Reset { seeds: Seeds::One(7), mask: &[], weeds: Vec::new() };

@@ -59,8 +59,8 @@ impl Rows<'_> {
         for row in 0..envs.len() {
             let (before, from_here) = envs.split_at_mut(row);
             if form.is_fetched {
-                from_here.get(2).map(Env::fetch);
-                from_here.get(1).map(Env::fetch_rest);
+                from_here.get(2).into_iter().for_each(Env::fetch);
+                from_here.get(1).into_iter().for_each(Env::fetch_rest);
             }
             let (env, state) = (&mut from_here[0], &mut states[row]);
             if let Some(last) = before.last_mut() {

@@ -11,6 +11,8 @@ const STANDSTILL: f64 = 1e-30;
 /// By this share of their size the pasture, its tiles and its cells end earlier, so that rounding leads no ray beyond them,
 /// and one along a border between two cells keeps to that which it heads for.
 const HAIR: f64 = 1e-12;
+/// Who stands so near to a border, in cells, may have crossed it.
+const BESIDE: f64 = 1e-9;
 /// Half a tile, in cells.
 const HALF_TILE: f64 = 0.5 * TILE as f64;
 /// A number so large has no bits left for a fraction; added to a smaller one, its lowest bits are the nearest whole number.
@@ -141,29 +143,31 @@ impl<'a> Rays<'a> {
     /// The way to the first cell of the set, metres; anything from the cap on if there is none.
     #[inline]
     fn range_m(&self, ray: &Ray) -> f64 {
-        let (mut at_m, mut index, mut borders_m) = (0.0, self.tile.0, ray.tile_m);
+        let (mut begins_m, mut index, mut borders_m) = (0.0, self.tile.0, ray.tile_m);
         let mut tiles_ahead = ray.tiles_ahead;
         if !self.is_inside {
             let enters_m = ray.leaves_m(self.to_middle, -self.half);
-            at_m = -least(-enters_m);
-            if at_m < 0.0 || at_m >= ray.end_m {
+            begins_m = -least(-enters_m);
+            if begins_m < 0.0 || begins_m >= ray.end_m {
                 return f64::INFINITY;
             }
-            let entry = self.origin + ((f64x2::splat(at_m) * ray.speed) ^ ray.signs);
+            let entry = self.origin + ((f64x2::splat(begins_m) * ray.speed) ^ ray.signs);
             let (first, to_middle) = tile_at(entry, self.origin, self.tiles);
             index = first;
             // Rounding may put the entry behind a border of the tile.
             borders_m = ray.leaves_m(to_middle, f64x2::splat(HALF_TILE));
-            borders_m = borders_m.fast_max(f64x2::splat(at_m));
+            borders_m = borders_m.fast_max(f64x2::splat(begins_m));
             tiles_ahead = ray.tiles_after(to_middle);
         }
         let steps = &self.tile_steps[ray.quadrant];
         let tile_m = ray.cell_m * f64x2::splat(TILE as f64);
+        // The first tile counts wherever the ray ends.
+        let mut enters_m = f64::NEG_INFINITY;
         while let Some(&word) = self.words.get(index) {
-            // Rounding may count a tile that begins at the end of the ray.
+            // One that begins where the ray ends may have been counted, too.
             if word != 0
-                && (at_m < ray.end_m || index == self.tile.0)
-                && let Some(hit_m) = ray.first_hit(word, at_m, borders_m)
+                && enters_m < ray.end_m
+                && let Some(hit_m) = ray.first_hit(word, larger(enters_m, begins_m), borders_m)
             {
                 return hit_m;
             }
@@ -172,7 +176,7 @@ impl<'a> Rays<'a> {
             }
             tiles_ahead -= 1;
             let (border_m, crossed) = cross(&mut borders_m, tile_m);
-            at_m = border_m;
+            enters_m = border_m;
             index = index.wrapping_add(steps[crossed]);
         }
         f64::INFINITY
@@ -248,7 +252,9 @@ impl Ray {
     fn tiles_after(&self, to_middle: f64x2) -> i32 {
         // The lowest bits of a sum with this are the nearest whole number of tiles.
         const PARTS_OF_TILES: f64 = NO_FRACTION * TILE as f64;
-        let beyond_middle = f64x2::splat(self.end_m) * self.speed - (to_middle ^ self.signs);
+        // A ray that hardly leaves the border of a tile crosses it.
+        let to_middle = (to_middle ^ self.signs) - f64x2::splat(BESIDE);
+        let beyond_middle = f64x2::splat(self.end_m) * self.speed - to_middle;
         let [x, y] = (beyond_middle + f64x2::splat(PARTS_OF_TILES)).to_array().map(f64::to_bits);
         x.wrapping_add(y) as i32
     }
@@ -275,7 +281,9 @@ impl Ray {
         let mut cell = self.cell(whole);
         // Many rays that meet no cell of the set have none in the box around their way either, which is sooner asked.
         let leaves_tile_m = least(leaves_m);
-        let last = self.cell(whole_cells((leaves_m - f64x2::splat(leaves_tile_m)) * self.speed));
+        // Rounding may have the ray leave before it enters.
+        let last_m = f64x2::splat(larger(leaves_tile_m, at_m));
+        let last = self.cell(whole_cells((leaves_m - last_m) * self.speed));
         let (ahead, behind) = (&AHEAD[self.quadrant], &AHEAD[self.quadrant ^ 3]);
         let word = word & ahead[cell % 64] & behind[last % 64];
         if word == 0 {

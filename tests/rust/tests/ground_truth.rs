@@ -3,13 +3,16 @@
 
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
+use std::sync::Arc;
 
 use proptest::prelude::*;
 use swath_core::action::Command;
 use swath_core::config::{Scenario, Start};
 use swath_core::env::Env;
 use swath_core::geometry::Point;
+use swath_core::grid::Grid;
+use swath_core::ground::SeenGround;
 use swath_tests::cases::cases;
 use swath_tests::oracle::{BAND_M, Course, Fate};
 use swath_tests::scene::{Scene, scenes};
@@ -111,7 +114,23 @@ proptest! {
         let ground = env.view().ground;
         let grid = ground.grid();
         let end = env.view().pose.position();
-        for origin in [end, Point::new(end.x + beside.0, end.y + beside.1)] {
+        // On the nearest corner of cells, and of tiles of 8 by 8 cells, too.
+        let corner = |cells: f64| {
+            let (side_x_m, side_y_m) = grid.cell_m();
+            let nearest = |at_m: f64, side_m: f64| (at_m / side_m).round() * side_m;
+            Point::new(nearest(end.x, cells * side_x_m), nearest(end.y, cells * side_y_m))
+        };
+        let elsewhere = Point::new(end.x + beside.0, end.y + beside.1);
+        let of_tile = corner(8.0);
+        let origins = [
+            end,
+            elsewhere,
+            corner(1.0),
+            of_tile,
+            Point::new(of_tile.x, end.y),
+            Point::new(end.x, of_tile.y),
+        ];
+        for origin in origins {
             let (sin, cos) = bearing_rad.sin_cos();
             // Each unseen cell as a box, grown or shrunk by a hair, since a ray along a border may take either side.
             let expected_m = |grown_m: f64| {
@@ -180,6 +199,42 @@ proptest! {
         let driven_m: f64 = scene.drive.iter().map(|command| command.distance_m).sum();
         prop_assert!((summary.path_length_m - driven_m).abs() < 1e-9);
         prop_assert!((0.0..=1.0).contains(&summary.seen_fraction));
+    }
+}
+
+/// Rounding has the ray leave the pasture before it gets there; the cell that it begins in is met all the same.
+#[test]
+fn a_mower_less_than_rounding_beyond_the_border_stands_on_unseen_ground() {
+    let grid = Arc::new(Grid::new(100.0, 40.0));
+    let ground = SeenGround::none(Arc::clone(&grid));
+    let directions: Vec<(f64, f64)> =
+        (0..8).map(|i| (FRAC_PI_4 * f64::from(i)).sin_cos()).map(|(sin, cos)| (cos, sin)).collect();
+    for x_m in [0.0, -1e-16, -4.5e-16, -1e-15] {
+        let (origin, mut ranges_m) = (Point::new(x_m, 17.05), Vec::new());
+        ground.ranges_to_unseen(origin, (1.0, 0.0), &directions, 36.0, |range_m| {
+            ranges_m.push(range_m);
+        });
+        assert!(ranges_m.iter().all(|&range_m| range_m < 1e-9), "{x_m} m: {ranges_m:?}");
+    }
+}
+
+/// Beside a tile's border the ray to the right passes ground of either tile that was not seen, 0.3 m ahead at most.
+#[test]
+fn a_ray_along_the_border_of_a_tile_ends_on_one_side_of_it() {
+    for x_m in [8.0, 16.0, 40.0] {
+        let mut scenario = Scenario::default();
+        scenario.mower.start = Start::Pose([x_m, 2.3, 0.0]);
+        let mut env = Env::new(&scenario.check().unwrap());
+        env.reset(0);
+        let (view, mut ranges_m) = (env.view(), Vec::new());
+        let directions = [0.0, 1e-300, 1e-17, 1.8e-16, 1e-15, 1e-12].map(|cos| [-cos, cos]);
+        let directions: Vec<(f64, f64)> =
+            directions.as_flattened().iter().map(|&cos| (cos, -1.0)).collect();
+        let origin = view.pose.position();
+        view.ground.ranges_to_unseen(origin, (1.0, 0.0), &directions, 48.0, |range_m| {
+            ranges_m.push(range_m);
+        });
+        assert!(ranges_m.iter().all(|&range_m| range_m < 0.3 + 1e-6), "{x_m} m: {ranges_m:?}");
     }
 }
 

@@ -264,7 +264,7 @@ class RemoteBatch:
         links = [self._links[part] for part in sorted(self._silent)]
         for link, is_there in zip(links, [link.look() for link in links], strict=True):
             if not is_there():
-                perhaps = "not running any more" if self._is_open else "not running, called otherwise"
+                perhaps = "not running any more, or stopped" if self._is_open else "not running, called otherwise"
                 return f"no sign of `{link.server}` at {link.endpoint}: {perhaps}, or we are not authorised"
         return "the server is running"
 

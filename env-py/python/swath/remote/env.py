@@ -48,6 +48,11 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
         return self._core.scenario
 
     @property
+    def observation_names(self) -> list[str]:
+        """Name of every number of an observation, in order."""
+        return [name for _, _, _, bounds in self._core.observation_spec for name, _, _ in bounds]
+
+    @property
     def _core(self) -> RemoteBatch:
         if self._batch is None:
             text = "`reset` and `step` must come before `close`"

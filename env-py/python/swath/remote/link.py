@@ -44,10 +44,11 @@ _READ_BYTES = 1 << 20
 # Larger than the largest message by far more than Zenoh adds.
 _MAX_MESSAGE_BYTES = (64 << 20) + (64 << 10)
 
-# One thread of Zenoh's takes in what comes and does what else there is, one sends; by Zenoh's own count there are six,
-# and a message wakes most of them. Where Zenoh looks for that, once in a process.
+# One thread of Zenoh's takes in what comes, one sends, and one looks after time-outs, which hold even where the first
+# is held up; by Zenoh's own count there are six, and a message wakes most of them. Where Zenoh looks for that, once in
+# a process.
 _THREADS_VARIABLE = "ZENOH_RUNTIME"
-_THREADS = "(acc: (handover: rx), app: (handover: rx), net: (handover: rx), rx: (worker_threads: 1))"
+_THREADS = "(acc: (handover: rx), app: (handover: rx), rx: (worker_threads: 1))"
 
 _open_links: weakref.WeakSet[Link] = weakref.WeakSet()
 
@@ -62,7 +63,7 @@ class _Forked:
 class _Threads:
     """Whether Zenoh's threads are for us to choose: nobody in this process has imported Zenoh before.
 
-    With ours, whoever lets the channel of a subscriber run full would hold up our answers too.
+    With ours, whoever lets the channel of a subscriber run full holds up our answers too, until their time is over.
     """
 
     are_ours: bool | None = None
@@ -245,7 +246,7 @@ def _opened(zenoh: Any, settings: Any) -> Any:  # noqa: ANN401 - it is imported 
         # From now on they are there.
         _threads.are_ours = False
     finally:
-        # Processes that this one starts decide for themselves.
+        # Processes that this one starts decide for themselves, unless that is while it connects.
         os.environ.pop(_THREADS_VARIABLE, None)
     return session
 
