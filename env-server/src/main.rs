@@ -1,6 +1,7 @@
 //! `swath-server`: swath's environments over Zenoh.
 
 use std::io::{IsTerminal as _, Write as _};
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::process::ExitCode;
 
 use clap::Parser as _;
@@ -50,7 +51,12 @@ fn serve(arguments: Arguments) -> Result<(), String> {
         tracing::warn!(listen = %options.listen, "insecure: whoever reaches this address may use the server");
     }
     let name = options.name.clone();
-    let (server, stop) = Server::open(options).map_err(|error| error.to_string())?;
+    // Zenoh panics where it cannot read what threads it should have.
+    let opened = catch_unwind(AssertUnwindSafe(|| Server::open(options))).map_err(|_| {
+        let threads = std::env::var(THREADS_VARIABLE).unwrap_or_default();
+        format!("`{THREADS_VARIABLE}` must be threads as Zenoh reads them, got {threads:?}")
+    })?;
+    let (server, stop) = opened.map_err(|error| error.to_string())?;
     ctrlc::set_handler(move || stop.stop()).map_err(|error| error.to_string())?;
     // Whoever has started the server waits for this line.
     let mut out = std::io::stdout();

@@ -337,6 +337,25 @@ def test_zenoh_has_three_kinds_of_threads_unless_others_have_imported_it_or_the_
     assert {name.partition("-")[0] for name in names if re.fullmatch(r"[a-z]+-[0-9]+", name)} == kinds
 
 
+def test_threads_that_zenoh_cannot_read_are_refused_in_one_line_by_clients_and_servers(server, monkeypatch):
+    monkeypatch.setenv("ZENOH_RUNTIME", "(wx: 1)")
+    code = f"""
+        import swath
+        try:
+            swath.remote.make("{ENV_ID}", connect="{server.endpoint}")
+        except swath.ConfigError as error:
+            print(error)
+    """
+    command = [sys.executable, "-c", textwrap.dedent(code)]
+    client = subprocess.run(command, capture_output=True, text=True, timeout=20, check=True)
+    text = "`ZENOH_RUNTIME` must be threads as Zenoh reads them, got "
+    assert client.stdout == f"{text}'(wx: 1)'\n"
+    command = [SERVER, "--listen", "tcp/127.0.0.1:0"]
+    refused = subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
+    assert refused.returncode == 2
+    assert refused.stderr.endswith(f'swath-server: {text}"(wx: 1)"\n')
+
+
 @pytest.mark.parametrize(("first", "told"), [("zenoh", "stepped"), ("swath", "RemoteTimeout")])
 def test_a_subscriber_that_nobody_reads_holds_up_no_step_if_zenoh_was_imported_first_and_else_no_deadline(
     server, first, told, monkeypatch

@@ -238,7 +238,9 @@ def checked_endpoint(endpoint: object) -> tuple[str, int]:
 
 
 def _opened(zenoh: Any, settings: Any) -> Any:  # noqa: ANN401 - it is imported late
-    if not _threads.are_ours or _THREADS_VARIABLE in os.environ:
+    if _THREADS_VARIABLE in os.environ:
+        return _opened_as_told(zenoh, settings)
+    if not _threads.are_ours:
         return zenoh.open(settings)
     os.environ[_THREADS_VARIABLE] = _THREADS
     try:
@@ -249,6 +251,17 @@ def _opened(zenoh: Any, settings: Any) -> Any:  # noqa: ANN401 - it is imported 
         # Processes that this one starts decide for themselves, unless that is while it connects.
         os.environ.pop(_THREADS_VARIABLE, None)
     return session
+
+
+def _opened_as_told(zenoh: Any, settings: Any) -> Any:  # noqa: ANN401 - it is imported late
+    try:
+        return zenoh.open(settings)
+    except BaseException as error:
+        # Zenoh panics where it cannot read the variable, and Python takes a panic for no `Exception`.
+        if type(error).__name__ != "PanicException":
+            raise
+        text = f"`{_THREADS_VARIABLE}` must be threads as Zenoh reads them, got {os.environ[_THREADS_VARIABLE]!r}"
+        raise ConfigError(text) from None
 
 
 def _settings(zenoh: Any, endpoint: str, further: dict[str, object] | None) -> Any:  # noqa: ANN401 - it is imported late
