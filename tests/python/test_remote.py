@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import pickle
 import re
 import signal
@@ -10,19 +9,16 @@ import subprocess
 import sys
 import textwrap
 import time
-from pathlib import Path
-from types import SimpleNamespace
 
 import gymnasium as gym
 import numpy as np
 import pytest
-from remote_server import SERVER, SHORT, Server, actions_for, free_port, same
+from remote_server import SERVER, SHORT, Server, actions_for, needs_server, same
 
 import swath
 from swath.registration import ENV_ID
-from swath.remote.link import Answers
 
-pytestmark = pytest.mark.skipif(not SERVER.exists(), reason="needs the server: `make server` builds it")
+pytestmark = needs_server
 
 
 @pytest.fixture(scope="module")
@@ -302,182 +298,6 @@ def test_a_remote_environment_names_what_it_observes_as_a_local_one_does(server)
     far.close()
 
 
-@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="threads are looked for where Linux shows them")
-@pytest.mark.parametrize(
-    ("first", "own", "kinds"),
-    [
-        ("swath", None, {"net", "rx", "tx"}),
-        ("zenoh", None, {"app", "net", "rx", "tx"}),
-        ("swath", "(net: (handover: rx))", {"app", "rx", "tx"}),
-    ],
-)
-def test_zenoh_has_three_kinds_of_threads_unless_others_have_imported_it_or_the_environment_says_otherwise(
-    server, first, own, kinds, monkeypatch
-):
-    if own is None:
-        monkeypatch.delenv("ZENOH_RUNTIME", raising=False)
-    else:
-        monkeypatch.setenv("ZENOH_RUNTIME", own)
-    code = f"""
-        import os, {first}, swath
-        far = swath.remote.make("{ENV_ID}", connect="{server.endpoint}")
-        for thread in os.listdir("/proc/self/task"):
-            try:
-                with open(f"/proc/self/task/{{thread}}/comm") as name:
-                    print(name.read().strip())
-            except OSError:
-                pass  # It has ended.
-        print(os.environ.get("ZENOH_RUNTIME"))
-    """
-    command = [sys.executable, "-c", textwrap.dedent(code)]
-    client = subprocess.run(command, capture_output=True, text=True, timeout=20, check=True)
-    *names, told = client.stdout.splitlines()
-    assert told == str(own)
-    # Those of Zenoh's are called by their kind and a number.
-    assert {name.partition("-")[0] for name in names if re.fullmatch(r"[a-z]+-[0-9]+", name)} == kinds
-
-
-def test_threads_that_zenoh_cannot_read_are_refused_in_one_line_by_clients_and_servers(server, monkeypatch):
-    monkeypatch.setenv("ZENOH_RUNTIME", "(wx: 1)")
-    code = f"""
-        import swath
-        try:
-            swath.remote.make("{ENV_ID}", connect="{server.endpoint}")
-        except swath.ConfigError as error:
-            print(error)
-    """
-    command = [sys.executable, "-c", textwrap.dedent(code)]
-    client = subprocess.run(command, capture_output=True, text=True, timeout=20, check=True)
-    text = "`ZENOH_RUNTIME` must be threads as Zenoh reads them, got "
-    assert client.stdout == f"{text}'(wx: 1)'\n"
-    command = [SERVER, "--listen", "tcp/127.0.0.1:0"]
-    refused = subprocess.run(command, capture_output=True, text=True, timeout=20, check=False)
-    assert refused.returncode == 2
-    assert refused.stderr.endswith(f'swath-server: {text}"(wx: 1)"\n')
-
-
-@pytest.mark.parametrize(("first", "told"), [("zenoh", "stepped"), ("swath", "RemoteTimeout")])
-def test_a_subscriber_that_nobody_reads_holds_up_no_step_if_zenoh_was_imported_first_and_else_no_deadline(
-    server, first, told, monkeypatch
-):
-    monkeypatch.delenv("ZENOH_RUNTIME", raising=False)
-    code = f"""
-        import {first}, json, os, swath
-        far = swath.remote.make("{ENV_ID}", connect="{server.endpoint}", deadline_s=2.0)
-        far.reset(seed=7)
-        far.action_space.seed(7)
-        import zenoh
-
-        def opened(**settings):
-            config = zenoh.Config()
-            config.insert_json5("scouting/multicast/enabled", "false")
-            for path, value in settings.items():
-                config.insert_json5(path.replace("_", "/"), json.dumps(value))
-            return zenoh.open(config)
-
-        endpoints = ["tcp/127.0.0.1:{free_port()}"]
-        deaf = opened(listen_endpoints=endpoints)
-        subscriber = deaf.declare_subscriber("much")
-        other = opened(mode="client", connect_endpoints=endpoints)
-        for _ in range(1000):
-            other.put("much", b"", congestion_control=zenoh.CongestionControl.DROP)
-        try:
-            for _ in range(50):
-                far.step(far.action_space.sample())
-            print("stepped")
-        except swath.RemoteTimeout:
-            print("RemoteTimeout")
-        print(sum(1 for _ in iter(subscriber.try_recv, None)), flush=True)
-        # Zenoh would wait for the subscriber.
-        os._exit(0)
-    """
-    command = [sys.executable, "-c", textwrap.dedent(code)]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=30, check=True)
-    outcome, waiting = run.stdout.split()
-    assert outcome == told
-    assert int(waiting) >= 256, "its channel was full"
-
-
-def test_a_server_steps_few_environments_at_once_and_leaves_many_to_a_worker(tmp_path, monkeypatch):
-    monkeypatch.setenv("SWATH_LOG", "swath_server=trace")
-    steps = {}
-    for count in (1, 2048):
-        log = tmp_path / f"{count}.txt"
-        server = Server(log=log)
-        far = swath.remote.make_vec(ENV_ID, count, connect=server.endpoint)
-        far.reset(seed=3)
-        actions = np.zeros((count, *far.single_action_space.shape), np.float32)
-        for _ in range(60):
-            far.step(actions)
-        far.close()
-        server.end()
-        text = log.read_text()
-        assert text.count("answered") >= 60
-        steps[count] = text.count("done at once")
-    # Where a core is another's for a while, a step is not as brief as it was.
-    assert steps[1] > 0
-    assert steps[2048] == 0
-
-
-@pytest.mark.parametrize("awake_s", [0.0, 60.0])
-def test_answers_are_the_same_whether_they_find_their_client_awake_or_asleep(server, monkeypatch, awake_s):
-    monkeypatch.setattr("swath.remote.link._AWAKE_S", awake_s)
-    monkeypatch.setattr("swath.remote.link._TAKEN_S", 60.0)
-    here = gym.make_vec(ENV_ID, num_envs=3, **SHORT)
-    # An answer that gets lost in the client is not asked for again.
-    far = swath.remote.make_vec(ENV_ID, 3, connect=[server.endpoint] * 2, attempt_s=60.0, **SHORT)
-    assert same(far.reset(seed=7)[0], here.reset(seed=7)[0])
-    rng = np.random.default_rng(2)
-    for _ in range(50):
-        actions = actions_for(here, rng)
-        assert all(map(same, here.step(actions), far.step(actions)))
-    far.close()
-
-
-def test_only_after_a_quick_answer_is_the_next_one_waited_for_awake_until_another_takes_the_core(monkeypatch):
-    class Replies:
-        """Has nothing yet so many times that one looks, and is then worth a time of sleep."""
-
-        def __init__(self, looks, sleep_s=0.0):
-            self.looks, self.sleep_s = looks, sleep_s
-            message = SimpleNamespace(to_bytes=lambda: b"answer")
-            self.reply = SimpleNamespace(ok=SimpleNamespace(payload=message))
-
-        def try_recv(self):
-            self.looks -= 1
-            return None if self.looks >= 0 else self.reply
-
-        def __iter__(self):
-            time.sleep(self.sleep_s)
-            yield self.reply
-
-    ways = []
-    monkeypatch.setattr("swath._native.give_way", lambda: ways.append(1))
-    monkeypatch.setattr("swath.remote.link._TAKEN_S", 0.1)
-    monkeypatch.setattr("swath.remote.link._AWAKE_S", 0.2)
-    own = SimpleNamespace(is_quick=True)
-
-    def waits(replies):
-        ways.clear()
-        assert next(iter(Answers(own, replies))) == b"answer"
-        return len(ways)
-
-    assert waits(Replies(3)) == 3
-    assert own.is_quick
-    assert waits(Replies(10**9)) > 0
-    assert not own.is_quick
-    assert waits(Replies(3, sleep_s=0.3)) == 0
-    assert not own.is_quick
-    assert waits(Replies(3)) == 0
-    assert own.is_quick
-    assert waits(Replies(2)) == 2
-    # Another takes the core.
-    monkeypatch.setattr("swath.remote.link._TAKEN_S", 0.0002)
-    monkeypatch.setattr("swath._native.give_way", lambda: ways.append(time.sleep(0.001)))
-    assert waits(Replies(2)) == 1
-    assert own.is_quick
-
-
 def test_choices_after_a_restore_are_those_of_the_state_put_back(server):
     blocks = {"action": {"kind": "target"}, "num_envs": 3}
     here = gym.make_vec(ENV_ID, **blocks).unwrapped
@@ -498,102 +318,6 @@ def test_choices_after_a_restore_are_those_of_the_state_put_back(server):
         env.restore(here.snapshot(0), 2)
     assert same(*(env._core.action_masks for env in both))
     both[1].close()
-
-
-def test_environments_that_are_forgotten_make_room(own_server):
-    for _ in range(5):
-        env = swath.remote.make(ENV_ID, connect=own_server.endpoint)
-        env.reset(seed=0)
-        del env
-        end_s = time.monotonic() + 10
-        while time.monotonic() < end_s:
-            try:
-                swath.remote.make(ENV_ID, connect=own_server.endpoint).close()
-                break
-            except swath.RemoteError:
-                time.sleep(0.1)
-        assert time.monotonic() < end_s
-
-
-@pytest.mark.parametrize("end", ["pass", "raise SystemExit(0)", "env.close()"])
-def test_a_process_ends_promptly_with_or_without_close(server, end):
-    code = f"""
-        import swath
-        env = swath.remote.make("{ENV_ID}", connect="{server.endpoint}")
-        env.reset(seed=0)
-        {end}
-    """
-    assert subprocess.run([sys.executable, "-c", textwrap.dedent(code)], timeout=20, check=False).returncode == 0
-
-
-def test_a_process_that_ends_closes_its_sessions_and_the_log_says_whose_and_why(tmp_path):
-    server = Server("--grace-ms", "500", log=tmp_path / "log")
-    code = f"""
-        import os, swath
-        env = swath.remote.make_vec("{ENV_ID}", 3, connect="{server.endpoint}", client="tractor")
-        if hasattr(os, "fork") and os.fork() == 0:
-            raise SystemExit(0)
-        elif hasattr(os, "fork"):
-            os.wait()
-        env.reset(seed=0)
-    """
-    try:
-        subprocess.run([sys.executable, "-c", textwrap.dedent(code)], timeout=20, check=True)
-        subprocess.run(
-            [sys.executable, "-c", textwrap.dedent(code) + "os.kill(os.getpid(), 9)"], timeout=20, check=False
-        )
-        end_s = time.monotonic() + 10
-        while len(said := re.findall(r"(opened|freed) (.*)", (tmp_path / "log").read_text())) < 4:
-            assert time.monotonic() < end_s, said
-            time.sleep(0.1)
-    finally:
-        server.end()
-    for (opened, first), (freed, last), why in [(*said[:2], "closed"), (*said[2:], "client gone")]:
-        of = re.fullmatch(r'session="(\w{8})" lease="(\w{8})" client="tractor" envs=3', first)
-        assert (opened, freed) == ("opened", "freed")
-        assert of is not None, first
-        assert last == f'session="{of[1]}" lease="{of[2]}" why="{why}"'
-
-
-def test_a_process_ends_within_moments_though_its_server_stands_still():
-    server = Server()
-    code = f"""
-        import os, signal, swath
-        envs = [swath.remote.make("{ENV_ID}", connect="{server.endpoint}") for _ in range(3)]
-        os.kill({server.process.pid}, signal.SIGSTOP)
-        print("over", flush=True)
-    """
-    try:
-        with subprocess.Popen([sys.executable, "-c", textwrap.dedent(code)], stdout=subprocess.PIPE) as client:
-            assert client.stdout is not None
-            assert client.stdout.readline() == b"over\n"
-            start_s = time.monotonic()
-            assert client.wait(15) == 0
-            assert time.monotonic() - start_s < 4
-    finally:
-        server.process.send_signal(signal.SIGCONT)
-        server.end(signal.SIGKILL)
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
-def test_a_forked_child_is_told_and_ends(server):
-    code = f"""
-        import os, sys, swath
-        env = swath.remote.make("{ENV_ID}", connect="{server.endpoint}")
-        env.reset(seed=0)
-        child = os.fork()
-        if child == 0:
-            try:
-                env.step([0.0])
-            except swath.RemoteError as error:
-                assert "forked" in str(error), error
-                sys.exit(7)
-            sys.exit(1)
-        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
-        env.step([0.0])
-        env.close()
-    """
-    assert subprocess.run([sys.executable, "-c", textwrap.dedent(code)], timeout=20, check=False).returncode == 0
 
 
 @pytest.mark.parametrize(
