@@ -1,7 +1,7 @@
 //! `swath-server`: swath's environments over Zenoh.
 
 use std::io::{IsTerminal as _, Write as _};
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::process::ExitCode;
 
 use clap::Parser as _;
@@ -52,8 +52,11 @@ fn serve(arguments: Arguments) -> Result<(), String> {
     }
     let name = options.name.clone();
     // Zenoh panics where it cannot read what threads it should have.
-    let opened = catch_unwind(AssertUnwindSafe(|| Server::open(options))).map_err(|_| {
+    let opened = catch_unwind(AssertUnwindSafe(|| Server::open(options))).map_err(|panic| {
         let threads = std::env::var(THREADS_VARIABLE).unwrap_or_default();
+        if threads == THREADS {
+            resume_unwind(panic);
+        }
         format!("`{THREADS_VARIABLE}` must be threads as Zenoh reads them, got {threads:?}")
     })?;
     let (server, stop) = opened.map_err(|error| error.to_string())?;
