@@ -18,6 +18,7 @@ from benchmarks.remote.figures import (
     ACTION_BYTES,
     BATCHES,
     FULL,
+    LOW_LATENCY,
     PEERS,
     REPLY_BYTES,
     REQUEST_BYTES,
@@ -68,6 +69,7 @@ def measure(rounds: int) -> Figures:
     cases = [(kind, num_envs) for num_envs in BATCHES for kind in (SHORT, FULL)]
     with ExitStack() as stack:
         endpoint = stack.enter_context(serving(OUT / "server.log"))
+        low_latency = stack.enter_context(serving(OUT / "low-latency.log", LOW_LATENCY))
         sides = {name: stack.enter_context(_peer(name)) for name in PEERS}
         echoes = {num_envs: stack.enter_context(_echo(num_envs)) for num_envs in BATCHES}
         sides["echo"] = echoes[1]
@@ -80,7 +82,8 @@ def measure(rounds: int) -> Figures:
         progress = stack.enter_context(Progress("cases", (rounds + 1) * (1 + len(cases)), is_wanted=True))
         for number in range(rounds + 1):
             into = figures if number > 0 else Figures()
-            one_environment(into, sides, endpoint, tapes[SHORT], steps=1000 if number > 0 else 100)
+            endpoints = (endpoint, low_latency)
+            one_environment(into, sides, endpoints, tapes[SHORT], steps=1000 if number > 0 else 100)
             progress.advance(1)
             for kind, num_envs in cases:
                 steps = ROUND[num_envs] if number > 0 else BLOCK[num_envs]
@@ -98,21 +101,25 @@ def measure(rounds: int) -> Figures:
     return figures
 
 
-def one_environment(figures: Figures, sides: dict[str, Side], endpoint: str, tape: Tape, steps: int) -> None:
-    """A block of each way in turn: here, on the server, and on the servers of others."""
+def one_environment(
+    figures: Figures, sides: dict[str, Side], endpoints: tuple[str, str], tape: Tape, steps: int
+) -> None:
+    """A block of each way in turn: here, on the server, on the one that offers low latency, and on those of others."""
     local = LocalEnv(SHORT)
-    remote = swath.remote.make(ENV_ID, connect=endpoint, infos=SHORT.infos, **SHORT.blocks)
-    local.reset(seed=tape.seeds[0])
-    remote.reset(seed=tape.seeds[0])
+    remotes = [swath.remote.make(ENV_ID, connect=endpoint, infos=SHORT.infos, **SHORT.blocks) for endpoint in endpoints]
+    for env in (local, *remotes):
+        env.reset(seed=tape.seeds[0])
     for start in range(0, steps, ONE):
         actions = list(tape.actions[start : start + ONE, 0])
         figures.one.local_us.append(timed(local.step, actions))
-        figures.one.remote_us.append(timed(remote.step, actions))
+        for remote, times_us in zip(remotes, (figures.one.remote_us, figures.low_latency_us), strict=True):
+            times_us.append(timed(remote.step, actions))
         for name, side in sides.items():
             time_us = side.step_us(len(actions))
             if time_us is not None:
                 figures.others.setdefault(name, []).append(time_us)
-    remote.close()
+    for remote in remotes:
+        remote.close()
 
 
 def batch(endpoint: str, kind: Kind, tape: Tape, num_envs: int, steps: int) -> Pair:

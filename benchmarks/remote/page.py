@@ -6,11 +6,12 @@ import statistics
 from collections.abc import Iterable, Sequence
 
 from benchmarks.remote.blocks import spread
-from benchmarks.remote.figures import BATCHES, FULL, PEERS, SHORT, Figures
+from benchmarks.remote.figures import BATCHES, FULL, LOW_LATENCY, PEERS, SHORT, Figures
 from benchmarks.throughput import machine
 
 _METHOD = """\
-All processes are on one machine and speak over the loopback; the server is the release build with its defaults.
+All processes are on one machine and speak over the loopback; the server is the release build with its defaults, and for
+one environment a second one beside it runs with `--low-latency`.
 Local and remote environments drive the same tape, laps of `snake` on 16 pastures with 160 weeds, block by block
 in turn, and who begins takes turns too; row i of a batch is on pasture i modulo 16.
 A step is a call of `step` in Python, with all that it returns; a figure is the median over blocks, with the quartiles.
@@ -43,9 +44,10 @@ def text(figures: Figures, command: str) -> str:
 def targets(figures: Figures) -> str:
     """What was promised, what was measured, and whether that is enough."""
     rows = []
-    for peer, name in PEERS.items():
-        share = figures.share_of(peer)
-        rows.append(_row(f"one remote environment's step, of {name}'s", 0.5, share, ""))
+    for low_latency, how in ((True, f", `{LOW_LATENCY}`"), (False, "")):
+        for peer, name in PEERS.items():
+            share = figures.share_of(peer, low_latency=low_latency)
+            rows.append(_row(f"one remote environment's step, of {name}'s{how}", 0.5, share, ""))
     for num_envs, most_us in ((1024, 0.5), (4096, 0.3)):
         what = f"what the wire adds to an environment's step, batch of {num_envs}, {SHORT.name}"
         rows.append(_row(what, most_us, statistics.median(figures.added_us(SHORT, num_envs)), " us"))
@@ -65,12 +67,17 @@ def _machine(figures: Figures, command: str) -> str:
 
 
 def _one(figures: Figures) -> str:
-    rows = [["swath, local", _cell(figures.one.local_us), ""], ["swath, remote", _cell(figures.one.remote_us), ""]]
+    rows = [
+        ["swath, local", _cell(figures.one.local_us), "", ""],
+        ["swath, remote", _cell(figures.one.remote_us), "", ""],
+        [f"swath, remote, `{LOW_LATENCY}`", _cell(figures.low_latency_us), "", ""],
+    ]
     for other, name in {"echo": "Zenoh alone", **PEERS}.items():
-        share = figures.share_of(other)
-        ratio = "not compared" if share is None else f"{share:.2f}"
-        rows.append([name, _cell(figures.others.get(other, [])), ratio])
-    return _table(["32 floats, no infos", "a step, us", "swath, remote, by this"], rows)
+        shares = [figures.share_of(other, low_latency=low_latency) for low_latency in (False, True)]
+        ratios = ["not compared" if share is None else f"{share:.2f}" for share in shares]
+        rows.append([name, _cell(figures.others.get(other, [])), *ratios])
+    head = ["32 floats, no infos", "a step, us", "swath, remote, by this", f"`{LOW_LATENCY}`, by this"]
+    return _table(head, rows)
 
 
 def _batches(figures: Figures) -> str:

@@ -23,12 +23,12 @@ def free_port() -> int:
 
 
 @contextmanager
-def serving(log: Path) -> Iterator[str]:
-    """Runs a server, whose log goes to `log`, and yields its endpoint."""
+def serving(log: Path, *flags: str) -> Iterator[str]:
+    """Runs a server with some flags, whose log goes to `log`, and yields its endpoint."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     with log.open("w") as stderr:
         process = subprocess.Popen(
-            [SERVER, "--listen", endpoint], stdout=subprocess.PIPE, stderr=stderr, text=True, cwd=ROOT
+            [SERVER, "--listen", endpoint, *flags], stdout=subprocess.PIPE, stderr=stderr, text=True, cwd=ROOT
         )
     try:
         line = process.stdout.readline() if process.stdout is not None else ""

@@ -117,8 +117,7 @@ impl RemoteBatch {
                 ..ClientOptions::default()
             };
             let session = ResumingSession::new(options, resume);
-            let part = Part { session, first: rows, rows: of_part, was_asked: false, reply: None };
-            parts.push(part);
+            parts.push(Part::new(session, rows, of_part));
             rows += of_part;
         }
         let choices = template.mask_width();
@@ -195,6 +194,11 @@ impl RemoteBatch {
     /// The name of the lease of one server's session; none if there is none.
     fn lease(&self, part: usize) -> Option<String> {
         self.parts[part].session.lid().map(|lid| format!("{lid:032x}"))
+    }
+
+    /// Longest reply that a step can have from one server, bytes; 0 until its session is open.
+    fn max_reply(&self, part: usize) -> u32 {
+        self.parts[part].max_reply
     }
 
     /// What to do next for one server.
@@ -298,10 +302,12 @@ impl RemoteBatch {
 
     /// The sessions are there.
     fn finish_open(&mut self) -> Result<(), Error> {
-        for reply in replies(&mut self.parts)? {
+        let replies = replies(&mut self.parts)?;
+        for (part, reply) in self.parts.iter_mut().zip(replies) {
             let (_, payload) = Header::read(&reply).map_err(Fault::from)?;
             let reply: OpenReply = codec::read(payload)?;
             check_opened(&reply, &self.layout, &self.scenario.get().scenario.hash())?;
+            part.max_reply = reply.max_reply;
         }
         Ok(())
     }

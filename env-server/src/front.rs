@@ -29,6 +29,7 @@ pub struct Front {
     session: Session,
     _queryables: Vec<Queryable<()>>,
     _alive: LivelinessToken,
+    low_latency: Option<LivelinessToken>,
     waiting: Arc<AtomicUsize>,
     leases: Arc<Mutex<Vec<(u128, bool)>>>,
 }
@@ -133,7 +134,19 @@ impl Front {
                 session.declare_queryable(key).complete(true).callback(callback).wait()?;
             queryables.push(queryable);
         }
-        Ok(Self { session, _queryables: queryables, _alive: alive, waiting, leases })
+        let low_latency = None;
+        Ok(Self { session, _queryables: queryables, _alive: alive, low_latency, waiting, leases })
+    }
+
+    /// Shows clients of the server `name` that they may have Zenoh's low-latency transport.
+    ///
+    /// # Errors
+    ///
+    /// [`FrontError`] of Zenoh's.
+    pub fn offer_low_latency(&mut self, name: &str) -> Result<(), FrontError> {
+        let key = format!("swath/v1/{name}/low-latency");
+        self.low_latency = Some(self.session.liveliness().declare_token(key).wait()?);
+        Ok(())
     }
 
     /// A query does not wait any longer.

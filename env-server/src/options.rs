@@ -73,6 +73,10 @@ pub struct Arguments {
     /// Lets clients have the state as bytes, in which weeds stand that nobody has seen
     #[arg(long)]
     pub allow_snapshot: bool,
+    /// Answers few environments sooner, by Zenoh's low-latency transport; for clients that are trusted, since one that reads
+    /// nothing can hold up the others for as long as it likes
+    #[arg(long)]
+    pub low_latency: bool,
     /// The certificate of the authority that clients and servers are signed by, PEM
     #[arg(long, value_name = "FILE")]
     pub tls_ca: Option<PathBuf>,
@@ -111,6 +115,7 @@ struct File {
     grace_ms: Option<u32>,
     idle_ms: Option<u32>,
     allow_snapshot: bool,
+    low_latency: bool,
     tls_ca: Option<PathBuf>,
     tls_certificate: Option<PathBuf>,
     tls_key: Option<PathBuf>,
@@ -141,6 +146,8 @@ pub struct Options {
     pub max_cached: u64,
     /// Whether clients may have the state as bytes.
     pub allow_snapshot: bool,
+    /// Whether clients may have Zenoh's low-latency transport.
+    pub low_latency: bool,
     /// Who may reach the server.
     pub access: Access,
 }
@@ -221,6 +228,7 @@ impl Arguments {
             max_waiting: self.max_waiting.or(file.max_waiting).unwrap_or(256 << 20),
             max_cached: self.max_cached.or(file.max_cached).unwrap_or(1 << 30),
             allow_snapshot: self.allow_snapshot || file.allow_snapshot,
+            low_latency: self.low_latency || file.low_latency,
             access,
         };
         options.check()
@@ -253,6 +261,11 @@ impl Options {
         if !(1..=64).contains(&self.name.len()) || !self.name.bytes().all(is_plain) {
             let expected = "1 to 64 lower-case letters, digits and dashes".to_owned();
             return Err(OptionsError::Value { field: "name", expected, value: self.name });
+        }
+        if self.low_latency && !self.connect.is_empty() {
+            // A router of that kind would be sent more than it takes, and its clients would gain nothing.
+            let expected = "off with `connect`".to_owned();
+            return Err(OptionsError::Value { field: "low_latency", expected, value: "on".into() });
         }
         let limits = &self.limits;
         for (field, value, least, most) in [
@@ -308,6 +321,10 @@ mod tests {
             (&["--idle-ms", "0"], "`idle_ms` must be from 1000 to 86400000, got 0"),
             (&["--max-all-cells", "0"], "`max_all_cells` must be from 1 to 1099511627776, got 0"),
             (&["--max-msg", "12"], "`max_msg` must be from 4096 to 67108864, got 12"),
+            (
+                &["--low-latency", "--connect", "tcp/127.0.0.1:7447"],
+                "`low_latency` must be off with `connect`, got on",
+            ),
             (&["--listen", "7447"], "`listen` must be tcp/HOST:PORT or tls/HOST:PORT, got 7447"),
         ] {
             assert_eq!(options(flags), Err(text.to_owned()));

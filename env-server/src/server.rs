@@ -110,7 +110,10 @@ impl Server {
             options.listen.with_port().map_err(|error| FrontError::Zenoh(error.to_string()))?;
         let (config, most) = (settings(&options)?, options.max_waiting);
         let to_ask = settings_to_ask(&options)?;
-        let front = Front::open(config, to_ask, &options.name, boot_id, most, &events_in)?;
+        let mut front = Front::open(config, to_ask, &options.name, boot_id, most, &events_in)?;
+        if options.low_latency {
+            front.offer_low_latency(&options.name)?;
+        }
         let room = Room::new(options.bounds, options.all_bounds);
         let workers = Workers::start(options.workers, options.limits, &room, &events_in);
         let schema = serde_json::to_string(&config::schema()).expect("a schema is JSON");

@@ -76,20 +76,24 @@ fn all(options: &Options) -> Value {
         "listen": { "endpoints": texts(listen), "exit_on_failure": true },
         "connect": { "endpoints": texts(&options.connect), "timeout_ms": 5000, "exit_on_failure": true },
         "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
-        "transport": { "link": link },
+        "transport": {
+            "link": link,
+            // Zenoh has one of the two only. Who wants neither has the usual transport.
+            "unicast": { "lowlatency": options.low_latency, "qos": { "enabled": !options.low_latency } },
+        },
         "access_control": access_control(options),
     })
 }
 
-/// What clients with the right names may do, and nobody else anything: ask the server, hear that it is alive, and show
-/// that they are.
+/// What clients with the right names may do, and nobody else anything: ask the server, hear that it is alive and whether it
+/// answers sooner, and show that they are there.
 fn access_control(options: &Options) -> Value {
     let Options { access, name, .. } = options;
     if access.allow_cn.is_empty() {
         return json!({ "enabled": false });
     }
     let rpc = [format!("swath/v1/{name}/rpc/*"), format!("swath/*/{name}/rpc/spec")];
-    let alive = [format!("swath/v1/{name}/alive/*")];
+    let alive = [format!("swath/v1/{name}/alive/*"), format!("swath/v1/{name}/low-latency")];
     let lease = [format!("swath/v1/{name}/lease/*")];
     let rule = |id: &str, flow: &str, messages: &[&str], keys: &[String]| json!({ "id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": keys });
     let mut rules = vec![

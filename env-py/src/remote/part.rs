@@ -14,9 +14,16 @@ pub(super) struct Part {
     /// Whether it has a part in the call in flight, and what it has answered.
     pub(super) was_asked: bool,
     pub(super) reply: Option<Result<Bytes, ClientError>>,
+    /// Longest reply that a step can have, bytes; 0 until the session is open.
+    pub(super) max_reply: u32,
 }
 
 impl Part {
+    /// So many rows from `first` on, which are not open yet.
+    pub(super) fn new(session: ResumingSession, first: usize, rows: usize) -> Self {
+        Self { session, first, rows, was_asked: false, reply: None, max_reply: 0 }
+    }
+
     /// What to ask a server for, if the row is one of its own: its place there, or all.
     #[expect(clippy::option_option, reason = "None asks for nothing, Some(None) for all rows")]
     pub(super) fn place(&self, row: Option<usize>) -> Option<Option<u32>> {

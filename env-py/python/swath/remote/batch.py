@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 from swath import _native
 from swath.errors import ConfigError, RemoteTimeout
 from swath.evaluation.study import whole
-from swath.remote.link import Link, checked_endpoint
+from swath.remote.link import Link
+from swath.remote.session import checked_endpoint
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -118,6 +119,8 @@ class RemoteBatch:
             nonces = [secrets.randbits(128) for _ in endpoints]
             self._call(self._core.begin_spec, self._core.finish_spec)
             self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client, percept), self._core.finish_open)
+            for part, link in enumerate(self._links):
+                link.shorten_steps(self._core.max_reply(part))
         except BaseException:
             self.close()
             raise

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from swath import _native
 from swath.errors import RemoteError
-from swath.remote.link import Link, checked_endpoint
+from swath.remote.link import Link
+from swath.remote.session import checked_endpoint
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
