@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from gymnasium.vector import AutoresetMode
 
 from swath import _native
-from swath.remote.env import RemoteEnv
+from swath.remote.env import RemoteEnv, stepped
 from swath.spaces import action_space, observation_space
 from swath.vector import MowerRoutingVectorEnv
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
     from benchmarks.remote.figures import Kind
+
+    from swath.remote.env import Observation
 
 __all__ = ["LocalEnv", "LocalVecEnv"]
 
@@ -35,6 +39,10 @@ class LocalEnv(RemoteEnv):
         self._batch = batch
         self.observation_space = observation_space(batch.observation_spec)
         self.action_space = action_space(batch.action_spec)
+
+    def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, object]]:
+        """Steps it here."""
+        return stepped(self._core.step(np.asarray(action)[np.newaxis]))
 
     def close(self) -> None:
         """Leaves it; there is no session to end."""

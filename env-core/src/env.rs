@@ -9,6 +9,7 @@ mod snapshot;
 mod summary;
 mod watch;
 
+pub(crate) use snapshot::damaged;
 pub use snapshot::{SnapshotError, weeds_in};
 pub use summary::Summary;
 pub use watch::Watch;

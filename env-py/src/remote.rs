@@ -67,6 +67,8 @@ pub(crate) struct RemoteBatch {
     /// What the mowers perceive, where it was asked for.
     perception: Option<Perception>,
     actions: ActionBuffer,
+    /// The numbers of the action of one environment.
+    action: Vec<f32>,
     face: Face,
     last: Vec<Option<Last>>,
     last_observation: Observation,
@@ -138,6 +140,7 @@ impl RemoteBatch {
             parts,
             states: vec![State::Unstarted; rows],
             actions: ActionBuffer::default(),
+            action: Vec::new(),
             last: vec![None; rows],
             begun: vec![false; rows],
             restored: Vec::new(),
@@ -199,6 +202,11 @@ impl RemoteBatch {
     /// Longest reply that a step can have from one server, bytes; 0 until its session is open.
     fn max_reply(&self, part: usize) -> u32 {
         self.parts[part].max_reply
+    }
+
+    /// The first server whose answer to the last call was an error; none if there is none.
+    fn failed(&self) -> Option<usize> {
+        self.parts.iter().position(|part| matches!(part.reply, Some(Err(_))))
     }
 
     /// What to do next for one server.
@@ -340,6 +348,11 @@ impl RemoteBatch {
     /// Asks for a step of every row; see `Batch.step`.
     fn begin_step(&mut self, now_ms: u64, actions: &Bound<PyAny>) -> Result<(), Error> {
         self.ask_to_step(now_ms, actions)
+    }
+
+    /// Asks for a step of the only row; see `Env.step`.
+    fn begin_step_alone(&mut self, now_ms: u64, action: &Bound<PyAny>) -> Result<(), Error> {
+        self.ask_to_step_alone(now_ms, action)
     }
 
     /// The step is made, as Gymnasium wants it.

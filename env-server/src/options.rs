@@ -1,6 +1,7 @@
 //! What an operator may set.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use clap::Parser;
 use serde::Deserialize;
@@ -31,44 +32,44 @@ pub struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Threads that step environments [default: one a core]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<usize>)]
     pub workers: Option<usize>,
     /// Most sessions at a time [default: 64]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>)]
     pub max_sessions: Option<u32>,
     /// Most environments of a session [default: 16384]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>)]
     pub max_envs: Option<u32>,
     /// Most cells of the pastures of a session, each 1 m by 1 m; counted twice where percepts are told
     /// [default: 268435456]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>)]
     pub max_cells: Option<u64>,
     /// Most weeds of a session [default: 4194304]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>)]
     pub max_weeds: Option<u64>,
     /// Most cells of the pastures of all sessions together, counted the same [default: 1073741824]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>)]
     pub max_all_cells: Option<u64>,
     /// Most weeds of all sessions together [default: 16777216]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = whole::<u64>)]
     pub max_all_weeds: Option<u64>,
     /// Largest message, bytes [default: 67108864]
-    #[arg(long, value_name = "BYTES")]
+    #[arg(long, value_name = "BYTES", value_parser = whole::<u32>)]
     pub max_msg: Option<u32>,
     /// Most bytes of requests that wait to be looked at, and most of replies that wait to be sent [default: 268435456]
-    #[arg(long, value_name = "BYTES")]
+    #[arg(long, value_name = "BYTES", value_parser = whole::<usize>)]
     pub max_waiting: Option<usize>,
     /// Most bytes of replies that are kept in case they are asked for again [default: 1073741824]
-    #[arg(long, value_name = "BYTES")]
+    #[arg(long, value_name = "BYTES", value_parser = whole::<u64>)]
     pub max_cached: Option<u64>,
     /// How long until clients take a frozen server for gone, milliseconds; each client announces its own [default: 10000]
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MS", value_parser = whole::<u32>)]
     pub lease_ms: Option<u32>,
     /// How long a session outlives its client, milliseconds [default: 30000]
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MS", value_parser = whole::<u32>)]
     pub grace_ms: Option<u32>,
     /// How long a session outlives its last request, milliseconds [default: 600000]
-    #[arg(long, value_name = "MS")]
+    #[arg(long, value_name = "MS", value_parser = whole::<u32>)]
     pub idle_ms: Option<u32>,
     /// Lets clients have the state as bytes, in which weeds stand that nobody has seen
     #[arg(long)]
@@ -235,14 +236,25 @@ impl Arguments {
     }
 }
 
+/// A number of the command line.
+fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
+    text.parse().map_err(|_| "it must be a whole number from 0 on, and not too large")
+}
+
 impl File {
     fn read(path: &Path) -> Result<Self, OptionsError> {
-        let error = |text: &str| {
-            let text = text.lines().next().unwrap_or_default().to_owned();
-            OptionsError::File { file: path.display().to_string(), text }
-        };
-        let text = std::fs::read_to_string(path).map_err(|found| error(&found.to_string()))?;
-        toml::from_str(&text).map_err(|found: toml::de::Error| error(found.message()))
+        let error = |text: String| OptionsError::File { file: path.display().to_string(), text };
+        let text = std::fs::read_to_string(path).map_err(|found| error(found.to_string()))?;
+        toml::from_str(&text).map_err(|found: toml::de::Error| {
+            let start = found.span().map_or(0, |span| span.start);
+            let line = 1 + text[..start].matches('\n').count();
+            let written = text.lines().nth(line - 1).unwrap_or_default().trim();
+            let mut why = found.message().lines().next().unwrap_or_default().to_owned();
+            for number in ["u32", "u64", "usize"] {
+                why = why.replace(&format!("expected {number}"), "expected a whole number");
+            }
+            error(format!("line {line}, {written}: {why}"))
+        })
     }
 }
 
@@ -350,9 +362,20 @@ mod tests {
         assert_eq!((read.limits.grace_ms, read.limits.max_envs), (500, 16_384));
         std::fs::write(&file, "listen = 'tcp/0.0.0.0:7447'").unwrap();
         assert!(options(&["--config", &path]).unwrap_err().contains("missing: tls/"));
-        std::fs::write(&file, "max_session = 3").unwrap();
+        std::fs::write(&file, "\n\nmax_session = 3").unwrap();
         let refused = options(&["--config", &path]).unwrap_err();
-        assert!(refused.contains("unknown field `max_session`"), "{refused}");
+        assert!(
+            refused.contains("line 3, max_session = 3: unknown field `max_session`"),
+            "{refused}"
+        );
+        std::fs::write(&file, "name = 'field'\n\nworkers = 'two'").unwrap();
+        let refused = options(&["--config", &path]).unwrap_err();
+        assert!(
+            refused.ends_with(
+                ": line 3, workers = 'two': invalid type: string \"two\", expected a whole number"
+            ),
+            "{refused}"
+        );
         std::fs::remove_dir_all(&folder).unwrap();
     }
 }

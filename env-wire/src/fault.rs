@@ -87,14 +87,14 @@ pub enum Fault {
     },
     /// The server has no room for another session, or for what this one asks for: it counts sessions, bytes of the replies
     /// that it keeps, cells of pastures, and weeds.
-    #[error(
-        "the server is full: {used} of {most} sessions, bytes of kept replies, cells of pastures or weeds are taken"
-    )]
+    #[error("{text}")]
     Capacity {
         /// How many or how much of them others have taken.
         used: u64,
         /// How many or how much of them there are.
         most: u64,
+        /// Of what, in words.
+        text: String,
     },
     /// The environments failed in this request, and the session is over.
     #[error("{text}")]
@@ -138,6 +138,15 @@ pub enum Fault {
     },
 }
 
+impl Fault {
+    /// [`Fault::Capacity`]: others have taken `used` of `most` of these, which the operator has limited by a setting.
+    #[must_use]
+    pub fn full(used: u64, most: u64, of: &str, setting: &str) -> Self {
+        let text = format!("the server is full: {used} of {most} {of} are taken (`{setting}`)");
+        Self::Capacity { used, most, text }
+    }
+}
+
 /// The longest text of a fault, bytes: it may quote what a client wrote.
 const LONGEST_TEXT: usize = 1 << 10;
 
@@ -167,7 +176,7 @@ impl From<&Fault> for FaultMessage {
             Fault::BadConfig { .. } => (8, 0, 0),
             Fault::TooLarge { size, limit } => (9, size, limit),
             Fault::Busy { retry_ms } => (10, retry_ms, 0),
-            Fault::Capacity { used, most } => (11, used, most),
+            Fault::Capacity { used, most, .. } => (11, used, most),
             Fault::EnvFault { seq, .. } => (12, seq, 0),
             Fault::Malformed { offset } => (13, offset, 0),
             Fault::NotReset { env, .. } => (14, env, 0),
@@ -202,7 +211,7 @@ impl From<FaultMessage> for Fault {
             8 => Self::BadConfig { text },
             9 => Self::TooLarge { size: arg0, limit: arg1 },
             10 => Self::Busy { retry_ms: arg0 },
-            11 => Self::Capacity { used: arg0, most: arg1 },
+            11 => Self::Capacity { used: arg0, most: arg1, text },
             12 => Self::EnvFault { seq: arg0, text },
             13 => Self::Malformed { offset: arg0 },
             14 => Self::NotReset { env: arg0, text },

@@ -89,12 +89,19 @@ impl Place {
         let most = self.room.all;
         let mut used = self.room.used();
         let (cells, weeds) = (used.cells - self.size.cells, used.weeds - self.size.weeds);
-        for (others, before, now, most) in [
-            (cells, self.size.cells, size.cells, most.max_cells),
-            (weeds, self.size.weeds, size.weeds, most.max_weeds),
+        for (others, before, now, most, of, setting) in [
+            (
+                cells,
+                self.size.cells,
+                size.cells,
+                most.max_cells,
+                "cells of pastures",
+                "max_all_cells",
+            ),
+            (weeds, self.size.weeds, size.weeds, most.max_weeds, "weeds", "max_all_weeds"),
         ] {
             if now > before && others.saturating_add(now) > most {
-                return Err(Fault::Capacity { used: others + before, most });
+                return Err(Fault::full(others + before, most, of, setting));
             }
         }
         *used = Size { cells: cells + size.cells, weeds: weeds + size.weeds };

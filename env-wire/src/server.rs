@@ -323,7 +323,7 @@ impl ServerSessions {
         }
         let (used, most) = (self.sessions.len() as u64, self.options.limits.max_sessions.into());
         if used >= most {
-            return Err(Fault::Capacity { used, most });
+            return Err(Fault::full(used, most, "sessions", "max_sessions"));
         }
         let (sid, lid) = ((self.ids)(), (self.ids)());
         self.sid_of_nonce.insert(open.nonce, sid);
@@ -360,7 +360,7 @@ impl ServerSessions {
         let fault = if size > limit {
             Some(Fault::TooLarge { size, limit })
         } else if used + size > limit {
-            Some(Fault::Capacity { used, most: limit })
+            Some(Fault::full(used, limit, "bytes of kept replies", "max_cached"))
         } else {
             None
         };

@@ -170,6 +170,51 @@ def test_ppo_learns_through_servers_what_it_learns_here(server):
     assert all(same(here[name].numpy(), far[name].numpy()) for name in here)
 
 
+REFUSED = {
+    "seed": lambda env: env.reset(seed=-1),
+    "options": lambda env: env.reset(options=5),
+    "option": lambda env: env.reset(options={"weed": []}),
+    "weeds_off": lambda env: env.reset(options={"weeds": [[1.0, 2.0], [1000.0, 3.0]]}),
+    "weeds_of_three": lambda env: env.reset(options={"weeds": [[1.0, 2.0, 3.0]]}),
+    "action_nan": lambda env: env.step([np.nan]),
+    "action_long": lambda env: env.step([0.1, 0.2]),
+    "action_flat": lambda env: env.step(0.1),
+    "action_text": lambda env: env.step("left"),
+    "action_none": lambda env: env.step(None),
+    "snapshot_empty": lambda env: env.restore(b""),
+    "snapshot_junk": lambda env: env.restore(b"no snapshot of swath's, of some length"),
+}
+
+
+@pytest.mark.parametrize("call", REFUSED.values(), ids=REFUSED.keys())
+def test_what_one_environment_refuses_it_refuses_in_the_same_words_on_a_server(server, call):
+    far = swath.remote.make(ENV_ID, connect=server.endpoint)
+    here = gym.make(ENV_ID).unwrapped
+    for is_begun in (False, True):
+        said = []
+        for env in (here, far):
+            with pytest.raises((ValueError, swath.SwathError)) as caught:
+                call(env)
+            said.append((type(caught.value), str(caught.value)))
+        assert said[0] == said[1], f"begun: {is_begun}"
+        for env in (here, far):
+            env.reset(seed=0)
+    assert all(map(same, here.step([0.1]), far.step([0.1])))
+    far.close()
+
+
+def test_which_of_several_servers_was_started_anew_is_said(server):
+    other = Server()
+    far = swath.remote.make_vec(ENV_ID, 2, connect=[server.endpoint, other.endpoint])
+    far.reset(seed=0)
+    other.end(signal.SIGKILL)
+    other.start()
+    with pytest.raises(swath.RemoteError, match=f"^{other.endpoint}: the server was started anew"):
+        far.step(np.zeros((2, 1), np.float32))
+    far.close()
+    other.end()
+
+
 def test_what_a_server_refuses_is_refused_as_it_is_here(server):
     far = swath.remote.make_vec(ENV_ID, 2, connect=server.endpoint)
     with pytest.raises(swath.ActionError, match="reset"):
@@ -241,7 +286,7 @@ def test_a_full_server_says_so_and_a_client_that_leaves_makes_room(own_server):
         return swath.remote.make(ENV_ID, connect=own_server.endpoint)
 
     first, second = open_one(), open_one()
-    with pytest.raises(swath.RemoteError, match="the server is full: 2 of 2 sessions"):
+    with pytest.raises(swath.RemoteError, match=r"the server is full: 2 of 2 sessions are taken \(`max_sessions`\)$"):
         open_one()
     first.close()
     open_one().close()

@@ -8,10 +8,11 @@ use std::hint::black_box;
 use swath_agents::registry::{AGENTS, AgentSpec};
 use swath_agents::runner::run_summary;
 use swath_benchmarks::{KNOWN_STEPS, SEED, begun, circle, on_known_ground, scenario, snake_lap};
-use swath_core::action::{Action, ActionSpec};
+use swath_core::action::{Action, ActionSpec, Order};
 use swath_core::batch::{Actions, Autoreset, BatchEnv, BatchOptions, StepMut};
 use swath_core::env::{Beginning, Env};
 use swath_core::episode::End;
+use swath_core::observation::Observation;
 use swath_core::rng::{agent_rng, uniform};
 
 /// What is counted, and how many times it is done.
@@ -34,6 +35,14 @@ fn programs() -> Vec<(String, &'static str, Prepare)> {
     add("known/1000x400-m", "step", Box::new(|| known_ground(LARGE, 1.0)));
     add("wide/40-weeds", "step", Box::new(|| known_ground("weeds.count = 40", 0.5)));
     add("wide/10000-weeds", "step", Box::new(|| known_ground("weeds.count = 10000", 0.5)));
+    add("drive/40-weeds", "step", Box::new(|| drive_known_ground("weeds.count = 40", 1.0)));
+    add("drive/10000-weeds", "step", Box::new(|| drive_known_ground("weeds.count = 10000", 1.0)));
+    add("drive-wide/40-weeds", "step", Box::new(|| drive_known_ground("weeds.count = 40", 0.5)));
+    add(
+        "drive-wide/10000-weeds",
+        "step",
+        Box::new(|| drive_known_ground("weeds.count = 10000", 0.5)),
+    );
     add("known/16-nearest", "step", Box::new(|| known_ground(SIXTEEN, 1.0)));
     add("lap/features", "step", Box::new(|| lap("weeds.count = 160")));
     for kind in ["maps", "candidates", "dict"] {
@@ -66,6 +75,24 @@ const LARGE: &str = "weeds.count = 16000\npasture.length_m = 1000\npasture.width
 /// Steps round a circle, of so many times the tightest circle's curvature, on which nothing new is seen or mowed, among the
 /// weeds of one seed after another.
 fn known_ground(toml: &str, curvature: f32) -> Work {
+    on_pastures(toml, curvature, move |env, observation| circle(env, observation, curvature))
+}
+
+/// The same without an observation: the mower drives, mows, senses and is scored.
+fn drive_known_ground(toml: &str, curvature: f32) -> Work {
+    on_pastures(toml, curvature, move |env, _| {
+        let (order, _) = env.decoder().decode(Action::Continuous(&[curvature])).expect("it is one");
+        let Order::Drive(command) = order else { panic!("`steer` says what to drive") };
+        black_box(env.drive(command)).expect("the episode runs");
+    })
+}
+
+/// Steps on the known ground of several seeds, one after another.
+fn on_pastures(
+    toml: &str,
+    curvature: f32,
+    take: impl Fn(&mut Env, &mut Observation) + 'static,
+) -> Work {
     const SEEDS: u64 = 5;
     let mut pastures: Vec<_> =
         (SEED..SEED + SEEDS).map(|seed| on_known_ground(seed, toml, curvature)).collect();
@@ -73,7 +100,7 @@ fn known_ground(toml: &str, curvature: f32) -> Work {
     let step = move || {
         let (env, observation) = &mut pastures[taken / KNOWN_STEPS];
         taken += 1;
-        circle(env, observation, curvature);
+        take(env, observation);
     };
     (steps, Box::new(step))
 }

@@ -1,7 +1,7 @@
 //! A batch as bytes, and back: the snapshots of its rows, one after the other.
 
 use super::{BatchEnv, State};
-use crate::env::{Env, SnapshotError};
+use crate::env::{Env, SnapshotError, damaged};
 
 impl BatchEnv {
     /// The whole state as bytes.
@@ -58,15 +58,14 @@ pub fn joined(rows: &[Vec<u8>]) -> Vec<u8> {
 ///
 /// [`SnapshotError::Damaged`] if it is no such snapshot; the rows themselves are not looked into.
 pub fn split(snapshot: &[u8], expected: usize) -> Result<Vec<Vec<u8>>, SnapshotError> {
-    let damaged = |got: String| SnapshotError::Damaged { got };
-    let (rows, rest) = postcard::take_from_bytes::<Vec<Vec<u8>>>(snapshot)
-        .map_err(|error| damaged(error.to_string()))?;
+    let (rows, rest) = postcard::take_from_bytes::<Vec<Vec<u8>>>(snapshot).map_err(damaged)?;
     if !rest.is_empty() {
-        return Err(damaged(format!("{} bytes too many", rest.len())));
+        let got = format!("{} bytes too many", rest.len());
+        return Err(SnapshotError::Damaged { got });
     }
     if rows.len() != expected {
-        let got = rows.len();
-        return Err(damaged(format!("those of {got} rows for {expected}")));
+        let got = format!("those of {} rows for {expected}", rows.len());
+        return Err(SnapshotError::Damaged { got });
     }
     Ok(rows)
 }

@@ -189,7 +189,10 @@ fn checksum(content: &[u8]) -> [u8; 8] {
     std::array::from_fn(|i| hash[i])
 }
 
-#[expect(clippy::needless_pass_by_value, reason = "the shape that map_err asks for")]
-fn damaged(error: postcard::Error) -> SnapshotError {
-    SnapshotError::Damaged { got: error.to_string() }
+pub(crate) fn damaged(error: postcard::Error) -> SnapshotError {
+    let got = match error {
+        postcard::Error::DeserializeUnexpectedEnd => "bytes that end too soon".to_owned(),
+        other => other.to_string(),
+    };
+    SnapshotError::Damaged { got }
 }

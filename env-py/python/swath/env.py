@@ -10,7 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from swath import _native
-from swath.errors import ClosedError, ConfigError
+from swath.errors import ClosedError
+from swath.options import weeds_of_one
 from swath.rendering import RENDER_FPS, RENDER_SIZE, Screen, check_render_mode
 from swath.seeds import drawn_seed
 from swath.spaces import action_space, observation_space
@@ -263,7 +264,7 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
             ConfigError: If the seed, an option's name or a weed cannot be used; nothing has changed then.
             ClosedError: After `close`.
         """
-        core, weeds = self.core, _weeds(options)
+        core, weeds = self.core, weeds_of_one(options)
         if seed is not None:
             observation, info = core.reset(seed, weeds)
             super().reset(seed=int(seed))
@@ -354,11 +355,3 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
             SnapshotError: If they are damaged, or of another version or scenario; nothing has changed then.
         """
         self.core.restore(snapshot)
-
-
-def _weeds(options: Mapping[str, object] | None) -> object:
-    for name in options or {}:
-        if name != "weeds":
-            text = f"`options` must hold nothing but `weeds`, got `{name}`"
-            raise ConfigError(text)
-    return options.get("weeds") if options else None

@@ -17,11 +17,11 @@ from stable_baselines3.common.vec_env import VecEnv
 from swath import _native
 from swath.errors import ClosedError, ConfigError
 from swath.evaluation.study import whole
+from swath.options import weeds_of
 from swath.remote.batch import RemoteBatch
 from swath.rendering import RENDER_FPS
 from swath.seeds import LARGEST_SEED, drawn_seed
 from swath.spaces import action_space, observation_space
-from swath.vector import weeds_of
 
 if TYPE_CHECKING:
     from typing import Any, TypeAlias

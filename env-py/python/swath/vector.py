@@ -13,6 +13,7 @@ from gymnasium.vector.utils import batch_space
 
 from swath import _native
 from swath.errors import ClosedError, ConfigError
+from swath.options import mask_of, weeds_of
 from swath.rendering import RENDER_FPS, RENDER_SIZE, check_render_mode
 from swath.seeds import drawn_seed
 from swath.spaces import action_space, observation_space
@@ -32,7 +33,6 @@ __all__ = [
     "Observations",
     "autoreset_from",
     "checked_count",
-    "weeds_of",
 ]
 
 Observations: TypeAlias = "npt.NDArray[np.generic] | dict[str, npt.NDArray[np.generic]]"
@@ -171,8 +171,8 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
             ClosedError: After `close`.
         """
         batch = self._core
-        mask = _reset_mask(options, self.num_envs)
         weeds = weeds_of(options, self.num_envs, others=("reset_mask",))
+        mask = mask_of(options, self.num_envs)
         base, seeds = _seeds(seed, self.num_envs)
         first_seed = None
         if not batch.has_begun and None in seeds:
@@ -261,51 +261,6 @@ def checked_count(field: str, count: SupportsIndex, most: int) -> int:
     return number
 
 
-def weeds_of(options: Mapping[str, object] | None, num_envs: int, *, others: Sequence[str] = ()) -> list[object]:
-    """Reads `options["weeds"]`.
-
-    Args:
-        options: What a caller of `reset` has given.
-        num_envs: Number of environments.
-        others: Other options that may be given.
-
-    Returns:
-        Nothing, one array for all environments, or one array or None for each.
-
-    Raises:
-        ConfigError: If there are other options, or arrays for another number of environments.
-    """
-    known = ("weeds", *others)
-    for name in options or {}:
-        if name not in known:
-            text = f"`options` must hold nothing but {' and '.join(f'`{one}`' for one in known)}, got `{name}`"
-            raise ConfigError(text)
-    weeds = options.get("weeds") if options else None
-    if weeds is None:
-        return []
-    if isinstance(weeds, np.ndarray):
-        is_by_row = weeds.ndim == 3
-    else:
-        is_by_row = isinstance(weeds, list | tuple) and any(map(_is_table, weeds))
-    if not is_by_row:
-        return [weeds]
-    assert isinstance(weeds, np.ndarray | list | tuple), "only those are by row"
-    rows: list[object] = list(weeds)
-    if len(rows) != num_envs:
-        text = f"`weeds` must be one array, or one for each of {num_envs} environments, got {len(rows)}"
-        raise ConfigError(text)
-    return rows
-
-
-def _is_table(entry: object) -> bool:
-    """Tells an array of weeds, an empty one, or none, from a weed."""
-    if entry is None or isinstance(entry, np.ndarray):
-        return entry is None or entry.ndim == 2 or entry.size == 0
-    return isinstance(entry, list | tuple) and (
-        not entry or any(isinstance(weed, list | tuple | np.ndarray) for weed in entry)
-    )
-
-
 def autoreset_from(mode: AutoresetMode | str) -> AutoresetMode:
     """Returns the mode of that name.
 
@@ -318,19 +273,6 @@ def autoreset_from(mode: AutoresetMode | str) -> AutoresetMode:
         values = ", ".join(f"`{member.value}`" for member in AutoresetMode)
         text = f"`autoreset_mode` must be an AutoresetMode or one of {values}, got {mode!r}"
         raise ConfigError(text) from None
-
-
-def _reset_mask(options: Mapping[str, object] | None, num_envs: int) -> Flags | None:
-    mask = options.get("reset_mask") if options else None
-    if mask is None:
-        return None
-    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_ or mask.shape != (num_envs,) or not mask.any():
-        what = f"{mask.dtype} of the shape {mask.shape}" if isinstance(mask, np.ndarray) else repr(mask)
-        if isinstance(mask, np.ndarray) and mask.dtype == np.bool_ and mask.shape == (num_envs,):
-            what = "no True"
-        text = f'`options["reset_mask"]` must be a bool array of the shape ({num_envs},) with a True, got {what}'
-        raise ConfigError(text)
-    return mask
 
 
 def _seeds(seed: int | Sequence[int | None] | None, num_envs: int) -> tuple[int | None, list[int | None]]:

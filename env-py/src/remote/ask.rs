@@ -1,7 +1,7 @@
 //! What the servers are asked.
 
 use pyo3::prelude::*;
-use swath_core::action::{ActionError, ActionSpec};
+use swath_core::action::{Action, ActionError, ActionSpec};
 use swath_core::batch::{Actions, Autoreset, BatchError, joined, split};
 use swath_core::episode::End;
 use swath_core::geometry::Point;
@@ -13,6 +13,7 @@ use swath_wire::numbers::{bytes_in, bytes_of};
 use super::part::settled;
 use super::perception::Perception;
 use super::{RemoteBatch, State};
+use crate::action::read_action;
 use crate::errors::Error;
 use crate::weeds::field_of;
 
@@ -138,6 +139,30 @@ impl RemoteBatch {
             (part.reply, part.was_asked) = (None, true);
             part.session.call(now_ms, Verb::Step, &Step { actions: vec![&table] })?;
         }
+        Ok(())
+    }
+
+    /// Asks for a step of the only row, and refuses what an environment here would refuse, in its words.
+    pub(super) fn ask_to_step_alone(
+        &mut self,
+        now_ms: u64,
+        action: &Bound<PyAny>,
+    ) -> Result<(), Error> {
+        let decoder = *self.template.decoder();
+        let action = read_action(action, decoder.spec(), &mut self.action)?;
+        decoder.decode(action)?;
+        match self.states[0] {
+            State::Unstarted => return Err(ActionError::NotReset.into()),
+            State::Ended => return Err(ActionError::EpisodeOver.into()),
+            State::Running => settled(&self.parts)?,
+        }
+        let table = match action {
+            Action::Continuous(numbers) => bytes_in(numbers),
+            Action::Discrete(choice) => bytes_of([choice]).into(),
+        };
+        let part = &mut self.parts[0];
+        (part.reply, part.was_asked) = (None, true);
+        part.session.call(now_ms, Verb::Step, &Step { actions: vec![&table] })?;
         Ok(())
     }
 

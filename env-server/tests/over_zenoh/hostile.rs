@@ -100,7 +100,8 @@ fn of_more_clients_than_places_as_many_as_there_are_places_come_in() {
                     match client.open(&batch(nonce, 1)).map(|opened| opened.reply.sid) {
                         Ok(_) => opened.fetch_add(1, Ordering::SeqCst),
                         Err(fault) => {
-                            assert_eq!(fault, Fault::Capacity { used: places, most: places });
+                            let full = Fault::full(places, places, "sessions", "max_sessions");
+                            assert_eq!(fault, full);
                             slowest_ms.fetch_max(clock.now_ms(), Ordering::SeqCst);
                             refused.fetch_add(1, Ordering::SeqCst)
                         }

@@ -176,7 +176,7 @@ fn a_server_that_is_full_says_so_until_a_session_ends() {
     let first = client.open(&batch(1, 1)).unwrap();
     client.open(&batch(2, 1)).unwrap();
     let full = client.open(&batch(3, 1)).map(|opened| opened.reply.sid);
-    assert_eq!(full, Err(Fault::Capacity { used: 2, most: 2 }));
+    assert_eq!(full, Err(Fault::full(2, 2, "sessions", "max_sessions")));
     client.ask(Verb::Close, &first.close()).unwrap();
     client.open(&batch(3, 1)).unwrap();
 }
@@ -188,7 +188,7 @@ fn all_sessions_share_the_room_for_cells_until_one_ends() {
     let client = Client::new(&server.endpoint);
     let first = client.open(&batch(1, 1)).unwrap();
     let full = client.open(&batch(2, 1)).map(|opened| opened.reply.sid);
-    assert_eq!(full, Err(Fault::Capacity { used: 4000, most: 6000 }));
+    assert_eq!(full, Err(Fault::full(4000, 6000, "cells of pastures", "max_all_cells")));
     client.ask(Verb::Close, &first.close()).unwrap();
     client.open(&batch(3, 1)).unwrap();
 }

@@ -106,7 +106,7 @@ fn too_large() -> Fault {
 }
 
 fn full() -> Fault {
-    Fault::Capacity { used: 3, most: 3 }
+    Fault::full(3, 3, "sessions", "max_sessions")
 }
 
 fn settle(client: &mut ResumingSession, server: &mut Adder) -> Result<Bytes, ClientError> {

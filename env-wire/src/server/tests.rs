@@ -220,7 +220,7 @@ fn an_open_that_fails_takes_no_place() {
     let started = bench.ask(0, Verb::Open, &open(1, "{}"));
     assert_eq!(
         fault(&bench.ask(0, Verb::Open, &open(2, "{}"))),
-        Fault::Capacity { used: 1, most: 1 }
+        Fault::full(1, 1, "sessions", "max_sessions")
     );
     assert_eq!(fault(&bench.finish(1, &started, Err(refused.clone()))), refused);
     bench.opened(1);
@@ -232,7 +232,7 @@ fn sessions_whose_replies_cannot_be_kept_are_not_opened() {
     let [first, _] = [bench.opened(1), bench.opened(2)];
     let started = bench.ask(0, Verb::Open, &open(3, "{}"));
     let said = bench.finish(0, &started, Ok(done(b"opened")));
-    assert_eq!(fault(&said), Fault::Capacity { used: 800, most: 1000 });
+    assert_eq!(fault(&said), Fault::full(800, 1000, "bytes of kept replies", "max_cached"));
     assert!(matches!(
         said[1..],
         [ServerOutput::Free { why: "refused: no room for its replies", .. }]

@@ -215,7 +215,7 @@ fn faults(page: &mut Page) {
         ("bad_config", Fault::BadConfig { text: text() }),
         ("too_large", Fault::TooLarge { size: 101, limit: 100 }),
         ("busy", Fault::Busy { retry_ms: 10 }),
-        ("capacity", Fault::Capacity { used: 64, most: 64 }),
+        ("capacity", Fault::Capacity { used: 64, most: 64, text: text() }),
         ("env_fault", Fault::EnvFault { seq: 7, text: text() }),
         ("malformed", Fault::Malformed { offset: 48 }),
         ("not_reset", Fault::NotReset { env: 1, text: text() }),

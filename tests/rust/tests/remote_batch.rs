@@ -334,6 +334,8 @@ fn all_sessions_together_have_so_many_cells_and_weeds_and_no_more() {
     scenario.weeds.count = 4;
     let open = open(&scenario, AutoresetMode::NextStep);
     let told = Open { percept: true, ..open.clone() };
+    let cells = |used, most| Fault::full(used, most, "cells of pastures", "max_all_cells");
+    let weeds = |used| Fault::full(used, 100, "weeds", "max_all_weeds");
     // Five pastures of 100 m by 40 m: three sessions, or one and another one with percepts.
     let all = Bounds { max_cells: 60_000, max_weeds: 100 };
     let room = Room::new(Bounds::OF_SESSION, all);
@@ -341,10 +343,10 @@ fn all_sessions_together_have_so_many_cells_and_weeds_and_no_more() {
     let mut first = opened(&open).unwrap();
     let second = opened(&told).unwrap();
     let full = opened(&open).unwrap_err();
-    assert_eq!(full, Fault::Capacity { used: 60_000, most: 60_000 });
+    assert_eq!(full, cells(60_000, 60_000));
     drop(second);
     let second = opened(&open).unwrap();
-    assert_eq!(opened(&told).unwrap_err(), Fault::Capacity { used: 40_000, most: 60_000 });
+    assert_eq!(opened(&told).unwrap_err(), cells(40_000, 60_000));
     // What could never be there is told so.
     let text = Open { num_envs: 16, ..open.clone() };
     assert_eq!(
@@ -358,16 +360,13 @@ fn all_sessions_together_have_so_many_cells_and_weeds_and_no_more() {
     let before = state_of(&mut first, None);
     let one = Reset { mask: &[1, 0, 0, 0, 0], weeds: vec![Some(&table)], ..reset.clone() };
     let fault = ask_for(&mut first, &one).unwrap_err();
-    assert_eq!(fault, Fault::Capacity { used: 40, most: 100 });
+    assert_eq!(fault, weeds(40));
     let mut alone = Hosted::open(&open, &Limits::default(), 1).unwrap();
     ask_for(&mut alone, &reset).unwrap();
     ask_for(&mut alone, &one).unwrap();
     let many = state_of(&mut alone, Some(0));
     let restore = Restore { env: Some(0), data: &many };
-    assert_eq!(
-        ask(&mut first, Verb::Restore, &restore),
-        Err(Fault::Capacity { used: 40, most: 100 })
-    );
+    assert_eq!(ask(&mut first, Verb::Restore, &restore), Err(weeds(40)));
     assert_eq!(state_of(&mut first, None), before);
     // A snapshot that cannot be restored takes no room.
     let mut damaged = many.clone();
@@ -377,7 +376,7 @@ fn all_sessions_together_have_so_many_cells_and_weeds_and_no_more() {
     let second = opened(&open).unwrap();
     drop(second);
     ask_for(&mut first, &one).unwrap();
-    assert_eq!(opened(&open).unwrap_err(), Fault::Capacity { used: 86, most: 100 });
+    assert_eq!(opened(&open).unwrap_err(), weeds(86));
 }
 
 fn state_of(hosted: &mut Hosted, env: Option<u32>) -> Vec<u8> {

@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from swath import _native
-from swath.errors import ConfigError, RemoteTimeout
+from swath.errors import ConfigError, RemoteError, RemoteTimeout
 from swath.evaluation.study import whole
 from swath.remote.link import Link
 from swath.remote.session import checked_endpoint
@@ -180,6 +180,11 @@ class RemoteBatch:
         result: Step = self._call(lambda now_ms: self._core.begin_step(now_ms, actions), self._core.finish_step)
         return result
 
+    def step_alone(self, action: object) -> Step:
+        """Steps the only row, whose action stands by itself."""
+        result: Step = self._call(lambda now_ms: self._core.begin_step_alone(now_ms, action), self._core.finish_step)
+        return result
+
     def step_flat(self, actions: object, elapsed_s: float) -> FlatStep:
         """Steps every row, as stable-baselines3 wants it."""
         result: FlatStep = self._call(
@@ -261,6 +266,12 @@ class RemoteBatch:
                 raise
             text = f"{error}; {self._why_silent()}"
             raise RemoteTimeout(text) from None
+        except RemoteError as error:
+            part = self._core.failed()
+            if part is None or len(self._links) == 1:
+                raise
+            text = f"{self._links[part].endpoint}: {error}"
+            raise type(error)(text) from None
 
     def _why_silent(self) -> str:
         """Says what may be wrong with servers that have not answered: who is refused by one gets silence."""
@@ -269,7 +280,7 @@ class RemoteBatch:
             if not is_there():
                 perhaps = "not running any more, or stopped" if self._is_open else "not running, called otherwise"
                 return f"no sign of `{link.server}` at {link.endpoint}: {perhaps}, or we are not authorised"
-        return "the server is running"
+        return f"the server at {' and '.join(link.endpoint for link in links)} is running"
 
     def _hold_leases(self) -> None:
         """Shows every server that its client is there; a session that was resumed has another lease."""

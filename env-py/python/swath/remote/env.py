@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from swath.errors import ClosedError
+from swath.options import weeds_of
 from swath.seeds import drawn_seed
 from swath.spaces import action_space, observation_space
-from swath.vector import weeds_of
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -72,7 +72,7 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
 
     def step(self, action: npt.ArrayLike) -> tuple[Observation, float, bool, bool, dict[str, object]]:
         """Steps, as `MowerRoutingEnv.step` does."""
-        return _stepped(self._core.step(np.asarray(action)[np.newaxis]))
+        return stepped(self._core.step_alone(action))
 
     def retry(self) -> object:
         """Asks once more for what was not answered in time, and returns what that call would have returned.
@@ -83,7 +83,7 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
         """
         result = self._core.retry()
         if isinstance(result, tuple) and len(result) == _OF_A_STEP:
-            return _stepped(result)
+            return stepped(result)
         if isinstance(result, tuple):
             return _first(result[0]), _info(result[1])
         return result
@@ -113,7 +113,8 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
         return self._core.__reduce__()
 
 
-def _stepped(result: Any) -> tuple[Observation, float, bool, bool, dict[str, object]]:  # noqa: ANN401 - of a batch
+def stepped(result: Any) -> tuple[Observation, float, bool, bool, dict[str, object]]:  # noqa: ANN401 - of a batch
+    """Returns the step of the only environment of a batch."""
     observations, rewards, terminated, truncated, infos = result
     return _first(observations), float(rewards[0]), bool(terminated[0]), bool(truncated[0]), _info(infos)
 
