@@ -16,10 +16,13 @@ FLATNESS = 1.15
 ALIKE = [
     ("known/40-weeds", "known/10000-weeds", 1.2),
     ("wide/40-weeds", "wide/10000-weeds", 1.6),
+    ("drive/40-weeds", "drive/10000-weeds", 1.3),
+    ("drive-wide/40-weeds", "drive-wide/10000-weeds", 1.3),
     ("known/160-weeds", "known/1000x400-m", FLATNESS),
 ]
 """Programs whose steps find and mow nothing, and what the dearer one may cost until `FLATNESS` is reached: among
-few and among many weeds, round the tightest circle and round one twice as wide; and on a small and a large pasture."""
+few and among many weeds, round the tightest circle and round one twice as wide, with the observation and without;
+and on a small and a large pasture."""
 
 _HEADER = """\
 # Instructions of one unit of each program of benchmarks/src/bin/counted.rs, as callgrind counts them.
