@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Callable
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from benchmarks.remote import page
@@ -39,6 +41,8 @@ from swath.progress import Progress
 from swath.registration import ENV_ID
 from swath.throughput import Tape, record
 
+# A way to make these steps, which takes so long a step, microseconds, if it can be gone.
+Way: TypeAlias = "Callable[[list[Any]], float | None]"
 ROOT = Path(__file__).resolve().parent.parent
 OUT = Path("out/bench")
 # Steps of a block and of a round, by the number of environments: a block takes some milliseconds.
@@ -109,15 +113,18 @@ def one_environment(
     remotes = [swath.remote.make(ENV_ID, connect=endpoint, infos=SHORT.infos, **SHORT.blocks) for endpoint in endpoints]
     for env in (local, *remotes):
         env.reset(seed=tape.seeds[0])
+    own_us = (figures.one.local_us, figures.one.remote_us, figures.low_latency_us)
+    ways: list[tuple[Way, list[float]]] = [
+        (partial(timed, env.step), times_us) for env, times_us in zip((local, *remotes), own_us, strict=True)
+    ]
+    ways += [(partial(_side_us, side), figures.others.setdefault(name, [])) for name, side in sides.items()]
     for start in range(0, steps, ONE):
         actions = list(tape.actions[start : start + ONE, 0])
-        figures.one.local_us.append(timed(local.step, actions))
-        for remote, times_us in zip(remotes, (figures.one.remote_us, figures.low_latency_us), strict=True):
-            times_us.append(timed(remote.step, actions))
-        for name, side in sides.items():
-            time_us = side.step_us(len(actions))
+        for step_us, times_us in ways:
+            time_us = step_us(actions)
             if time_us is not None:
-                figures.others.setdefault(name, []).append(time_us)
+                times_us.append(time_us)
+        ways.reverse()
     for remote in remotes:
         remote.close()
 
@@ -135,6 +142,10 @@ def batch(endpoint: str, kind: Kind, tape: Tape, num_envs: int, steps: int) -> P
     local.close()
     remote.close()
     return pair
+
+
+def _side_us(side: Side, actions: list[Any]) -> float | None:
+    return side.step_us(len(actions))
 
 
 def _peer(name: str) -> Side:

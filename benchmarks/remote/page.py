@@ -72,6 +72,8 @@ def _one(figures: Figures) -> str:
         ["swath, remote", _cell(figures.one.remote_us), "", ""],
         [f"swath, remote, `{LOW_LATENCY}`", _cell(figures.low_latency_us), "", ""],
     ]
+    pairs = zip(figures.low_latency_us, figures.one.remote_us, strict=True)
+    rows[1][-1] = f"{statistics.median(quick / usual for quick, usual in pairs):.2f}"
     for other, name in {"echo": "Zenoh alone", **PEERS}.items():
         shares = [figures.share_of(other, low_latency=low_latency) for low_latency in (False, True)]
         ratios = ["not compared" if share is None else f"{share:.2f}" for share in shares]

@@ -58,6 +58,12 @@ impl Endpoint {
         host.parse().is_ok_and(|host: IpAddr| host.is_loopback())
     }
 
+    /// Its port.
+    #[must_use]
+    pub fn port(&self) -> u16 {
+        self.port
+    }
+
     /// The same with a port that is free just now in place of port 0: Zenoh does not tell which one it was given.
     ///
     /// # Errors

@@ -40,7 +40,7 @@ pub enum FrontError {
     /// Another server has the name.
     #[error("a server called `{0}` is there already")]
     NameTaken(String),
-    /// Zenoh's own trouble.
+    /// Zenoh's own trouble, or the system's.
     #[error("{0}")]
     Zenoh(String),
 }
@@ -143,8 +143,8 @@ impl Front {
     /// # Errors
     ///
     /// [`FrontError`] of Zenoh's.
-    pub fn offer_low_latency(&mut self, name: &str) -> Result<(), FrontError> {
-        let key = format!("swath/v1/{name}/low-latency");
+    pub fn offer_low_latency(&mut self, name: &str, boot_id: u128) -> Result<(), FrontError> {
+        let key = format!("swath/v1/{name}/low-latency/{boot_id:032x}");
         self.low_latency = Some(self.session.liveliness().declare_token(key).wait()?);
         Ok(())
     }

@@ -12,6 +12,7 @@
 //! | [`clock`] | the time since a start |
 //! | [`worker`] | environments at work |
 //! | [`front`] | Zenoh's side: keys, queries, signs of life |
+//! | [`stall`] | connections whose other end takes nothing |
 //! | [`post`] | replies on their way out |
 //! | [`memory`] | memory that sessions leave behind |
 //! | [`server`] | the thread between the two |
@@ -23,6 +24,7 @@ pub mod settings;
 pub mod clock;
 pub mod worker;
 pub mod front;
+pub mod stall;
 pub mod post;
 pub mod memory;
 pub mod server;

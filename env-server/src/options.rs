@@ -10,6 +10,7 @@ use swath_wire::room::Bounds;
 
 use crate::access::{Access, AccessError, Wish};
 use crate::endpoint::Endpoint;
+use crate::stall;
 
 /// Serves swath's environments over Zenoh.
 #[derive(Debug, Parser)]
@@ -74,8 +75,8 @@ pub struct Arguments {
     /// Lets clients have the state as bytes, in which weeds stand that nobody has seen
     #[arg(long)]
     pub allow_snapshot: bool,
-    /// Answers few environments sooner, by Zenoh's low-latency transport; for clients that are trusted, since one that reads
-    /// nothing can hold up the others for as long as it likes
+    /// Answers few environments sooner, by Zenoh's low-latency transport; where nobody who can connect means harm: whoever
+    /// does, listed or not, can hold up the others by reading next to nothing
     #[arg(long)]
     pub low_latency: bool,
     /// The certificate of the authority that clients and servers are signed by, PEM
@@ -277,6 +278,10 @@ impl Options {
         if self.low_latency && !self.connect.is_empty() {
             // A router of that kind would be sent more than it takes, and its clients would gain nothing.
             let expected = "off with `connect`".to_owned();
+            return Err(OptionsError::Value { field: "low_latency", expected, value: "on".into() });
+        }
+        if self.low_latency && !stall::CAN_BE_ENDED {
+            let expected = "off on other systems than Linux".to_owned();
             return Err(OptionsError::Value { field: "low_latency", expected, value: "on".into() });
         }
         let limits = &self.limits;

@@ -1,7 +1,7 @@
 //! Replies on their way out.
 //!
-//! Where a client does not read, Zenoh holds whoever sends to it for seconds before it gives the client up, were it only
-//! that its query is dropped. Short replies to sessions find room and leave at once, as long as nothing waits: who has
+//! Where a client does not read, Zenoh holds whoever sends to it for seconds before it gives the client up (by low latency
+//! the system does, see [`crate::stall`]), were it only that its query is dropped. Short replies to sessions find room and leave at once, as long as nothing waits: who has
 //! several sessions has one connection for all of them, and whose a question without a session is, nobody knows. What else
 //! there is leaves from threads of their own. A session has one thread at a time, and so has each of the lanes for those
 //! without one; there is a thread for each of them that has something to send: a client holds up nobody else's session.

@@ -20,6 +20,7 @@ use crate::memory::{self, Leftovers};
 use crate::options::Options;
 use crate::post::Post;
 use crate::settings::{settings, settings_to_ask};
+use crate::stall;
 use crate::worker::{Done, Resting, Task, Workers};
 
 /// What may wait to be looked at: more is dropped, and asked again.
@@ -112,7 +113,10 @@ impl Server {
         let to_ask = settings_to_ask(&options)?;
         let mut front = Front::open(config, to_ask, &options.name, boot_id, most, &events_in)?;
         if options.low_latency {
-            front.offer_low_latency(&options.name)?;
+            let wait = Duration::from_millis(options.limits.lease_ms.into());
+            stall::end_after(&options.listen, wait)
+                .map_err(|error| FrontError::Zenoh(error.to_string()))?;
+            front.offer_low_latency(&options.name, boot_id)?;
         }
         let room = Room::new(options.bounds, options.all_bounds);
         let workers = Workers::start(options.workers, options.limits, &room, &events_in);

@@ -11,6 +11,9 @@ const WAITING_PIECES: usize = 16;
 /// Longer than what Zenoh adds to a message.
 const MESSAGE_SLACK: u32 = 64 << 10;
 
+/// Connections of those who have no session, at most; who has one may have two.
+const CONNECTIONS: u64 = 1000;
+
 /// The threads that read also notice what there is to read, and accept connections: by Zenoh's own count others do, which
 /// wake them. Time-outs stay with a thread of their own, since they may have to wait for clients that do not read.
 pub const THREADS: &str = "(acc: (handover: rx), app: (handover: rx))";
@@ -78,8 +81,13 @@ fn all(options: &Options) -> Value {
         "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
         "transport": {
             "link": link,
-            // Zenoh has one of the two only. Who wants neither has the usual transport.
-            "unicast": { "lowlatency": options.low_latency, "qos": { "enabled": !options.low_latency } },
+            "unicast": {
+                "max_sessions": CONNECTIONS + 2 * u64::from(options.limits.max_sessions),
+                // Zenoh takes only one of the two; whoever asks for no low latency has the usual transport, then without
+                // priorities.
+                "lowlatency": options.low_latency,
+                "qos": { "enabled": !options.low_latency },
+            },
         },
         "access_control": access_control(options),
     })
@@ -93,7 +101,7 @@ fn access_control(options: &Options) -> Value {
         return json!({ "enabled": false });
     }
     let rpc = [format!("swath/v1/{name}/rpc/*"), format!("swath/*/{name}/rpc/spec")];
-    let alive = [format!("swath/v1/{name}/alive/*"), format!("swath/v1/{name}/low-latency")];
+    let alive = [format!("swath/v1/{name}/alive/*"), format!("swath/v1/{name}/low-latency/*")];
     let lease = [format!("swath/v1/{name}/lease/*")];
     let rule = |id: &str, flow: &str, messages: &[&str], keys: &[String]| json!({ "id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": keys });
     let mut rules = vec![

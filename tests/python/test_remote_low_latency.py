@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import signal
+import socket
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 
 import gymnasium as gym
@@ -22,19 +24,82 @@ pytestmark = needs_server
 
 @pytest.fixture
 def server():
-    server = Server("--allow-snapshot", "--low-latency", "--grace-ms", "500")
+    server = Server("--allow-snapshot", "--low-latency", "--grace-ms", "500", "--lease-ms", "2000")
     yield server
     server.end(signal.SIGKILL)
 
 
+class Proxy:
+    """Connections to a server, of which each can be muted: nobody reads it then, and nobody closes it."""
+
+    def __init__(self, server):
+        self.to = ("127.0.0.1", int(server.endpoint.rsplit(":", 1)[1]))
+        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.endpoint = f"tcp/127.0.0.1:{self.listener.getsockname()[1]}"
+        self.muted = []
+        threading.Thread(target=self.accept, daemon=True).start()
+
+    def accept(self):
+        while True:
+            try:
+                client = self.listener.accept()[0]
+            except OSError:
+                return
+            server, mute = socket.socket(), threading.Event()
+            # By itself the system would take in 32 MiB that nobody reads.
+            server.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)
+            try:
+                server.connect(self.to)
+            except OSError:
+                client.close()
+                server.close()
+                continue
+            self.muted.append(mute)
+            for pump in ((client, server, mute, False), (server, client, mute, True)):
+                threading.Thread(target=self.pump, args=pump, daemon=True).start()
+
+    @staticmethod
+    def pump(source, sink, mute, is_muted):
+        def wait():
+            while mute.is_set():
+                time.sleep(0.05)
+
+        try:
+            while some := source.recv(1 << 16):
+                if is_muted:
+                    wait()
+                sink.sendall(some)
+        except OSError:
+            pass
+        # Nor does the server hear that the client is gone.
+        wait()
+        for end in (source, sink):
+            end.close()
+
+
+@pytest.fixture
+def proxy(server):
+    proxy = Proxy(server)
+    yield proxy
+    proxy.listener.close()
+    for mute in proxy.muted:
+        mute.clear()
+
+
 def is_by_low_latency(far):
-    return [link._steps is not None for link in far._batch._links]
+    return [link.has_low_latency for link in far._batch._links]
 
 
-def pair(server, num_envs, **arguments):
+def answers(way, payload):
+    """What a server answers to a question that is none."""
+    replies = way.session.get("swath/v1/default/rpc/spec", payload=payload, timeout=2.0)
+    return sum(reply.ok is not None for reply in replies)
+
+
+def pair(at, num_envs, **arguments):
     """Environments here and on the server that have begun."""
     here = gym.make_vec(ENV_ID, num_envs=num_envs, **SHORT)
-    far = swath.remote.make_vec(ENV_ID, num_envs, connect=server.endpoint, **arguments, **SHORT)
+    far = swath.remote.make_vec(ENV_ID, num_envs, connect=at.endpoint, **arguments, **SHORT)
     assert same(here.reset(seed=3), far.reset(seed=3))
     return here, far
 
@@ -52,6 +117,17 @@ def test_few_environments_are_stepped_by_low_latency_and_many_are_not_with_the_s
     assert is_by_low_latency(far) == [is_so]
     step_both(here, far, 100)
     assert is_by_low_latency(far) == [is_so]
+    far.close()
+
+
+def test_the_transport_of_steps_is_the_one_that_takes_no_long_message(server):
+    far = swath.remote.make(ENV_ID, connect=server.endpoint)
+    link = far._batch._links[0]
+    for payload, by_low_latency in ((bytes(1000), 1), (bytes(70_000), 0)):
+        assert answers(link._usual, payload) == 1
+        assert answers(link._low_latency, payload) == by_low_latency
+    far.reset(seed=0)
+    far.step([0.1])
     far.close()
 
 
@@ -83,18 +159,93 @@ def test_a_snapshot_that_is_too_long_for_low_latency_goes_here_and_there(server)
     far.close()
 
 
-def test_a_step_that_is_not_answered_is_asked_again_as_ever_and_done_once(server):
-    here, far = pair(server, 3, attempt_s=0.3, deadline_s=30.0)
+@pytest.mark.parametrize(("attempt_s", "deadline_s"), [(0.3, 30.0), (0.5, 0.9), (0.503, 60.0)])
+def test_a_step_that_is_not_answered_there_is_asked_again_as_ever_and_done_once(proxy, attempt_s, deadline_s):
+    here, far = pair(proxy, 3, attempt_s=attempt_s, deadline_s=deadline_s)
     step_both(here, far, 20)
-    actions = np.zeros((3, 1), np.float32)
-    server.process.send_signal(signal.SIGSTOP)
-    waker = subprocess.Popen(
-        [sys.executable, "-c", f"import os, time; time.sleep(1); os.kill({server.process.pid}, 18)"]
-    )
-    assert all(map(same, here.step(actions), far.step(actions)))
-    waker.wait()
+    assert is_by_low_latency(far) == [True]
+    proxy.muted[1].set()
+    begin_s = time.monotonic()
+    step_both(here, far, 1)
+    assert time.monotonic() - begin_s > 0.9 * attempt_s
     assert is_by_low_latency(far) == [False]
+    # All others, too.
+    begin_s = time.monotonic()
     step_both(here, far, 20)
+    assert time.monotonic() - begin_s < 5 * attempt_s
+    far.close()
+
+
+def test_a_call_that_is_interrupted_is_no_reason_to_leave_it(server, monkeypatch):
+    here, far = pair(server, 2)
+    with monkeypatch.context() as patch:
+        patch.setattr("swath.remote.link.Answers.__iter__", lambda _: (_ for _ in ()).throw(KeyboardInterrupt))
+        with pytest.raises(KeyboardInterrupt):
+            far.step(np.zeros((2, 1), np.float32))
+    assert all(map(same, here.step(np.zeros((2, 1), np.float32)), far.retry()))
+    assert is_by_low_latency(far) == [True]
+    step_both(here, far, 5)
+    far.close()
+
+
+@pytest.mark.parametrize("zenoh", [{"id": "abc123"}, {"listen/endpoints": ["tcp/127.0.0.1:0"]}])
+def test_what_only_one_session_of_a_client_can_have_is_not_asked_for_twice(server, zenoh):
+    far = swath.remote.make(ENV_ID, connect=server.endpoint, zenoh=zenoh)
+    assert is_by_low_latency(far) == [True]
+    far.close()
+
+
+def test_where_the_second_connection_cannot_be_made_all_goes_as_ever(server, monkeypatch):
+    real, sessions = swath.remote.link.opened, []
+
+    def opened_once(config, endpoint):
+        if sessions:
+            text = "no more connections"
+            raise swath.RemoteError(text)
+        sessions.append(real(config, endpoint))
+        return sessions[0]
+
+    monkeypatch.setattr("swath.remote.link.opened", opened_once)
+    here, far = pair(server, 2)
+    assert is_by_low_latency(far) == [False]
+    step_both(here, far, 5)
+    far.close()
+
+
+def test_whoever_asks_and_reads_nothing_is_given_up_after_the_lease(server, proxy):
+    code = f"""
+        import time
+        import swath
+        from swath.remote.link import Link
+        from swath.remote.session import opened, settings
+        ask, asked = Link.ask, {{}}
+        Link.ask = lambda link, verb, *what: (asked.setdefault(verb, what[0]), ask(link, verb, *what))[1]
+        swath.remote.make("{ENV_ID}", connect="{server.endpoint}").close()
+        session = opened(settings("{proxy.endpoint}", None, low_latency=True), "{proxy.endpoint}")
+        what_are_you = lambda: session.get("swath/v1/default/rpc/spec", payload=asked["spec"], timeout=60.0)
+        assert len(next(iter(what_are_you())).ok.payload.to_bytes()) > 5000
+        print("answered", flush=True)
+        input()
+        replies = []
+        for _ in range(4000):
+            replies.append(what_are_you())
+            time.sleep(0.0005)
+        print("asked", flush=True)
+        input()
+    """
+    here, far = pair(server, 2, attempt_s=0.5, deadline_s=15.0)
+    command = [sys.executable, "-c", textwrap.dedent(code)]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as client:
+        assert client.stdout.readline() == "answered\n"
+        proxy.muted[0].set()
+        client.stdin.write("\n")
+        client.stdin.flush()
+        assert client.stdout.readline() == "asked\n"
+        # The server may have stood still meanwhile, for as long as its lease.
+        step_both(here, far, 50)
+        server.process.send_signal(signal.SIGTERM)
+        assert server.process.wait(8) == 0
+        client.kill()
     far.close()
 
 
@@ -118,7 +269,7 @@ def test_a_client_that_stands_still_or_is_killed_while_it_steps_holds_up_nobody_
             "{ENV_ID}", 64, connect="{server.endpoint}", zenoh={{"transport/link/tx/lease": 1000}}
         )
         far.reset(seed=0)
-        assert far._batch._links[0]._steps is not None
+        assert far._batch._links[0].has_low_latency
         print("begun", flush=True)
         while True:
             far.step([[0.1]] * 64)

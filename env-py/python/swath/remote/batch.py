@@ -91,13 +91,14 @@ class RemoteBatch:
         share, rest = divmod(num_envs, len(endpoints))
         rows = [share + (part < rest) for part in range(len(endpoints))]
         self._start_s = time.monotonic()
+        attempt_ms = _ms("attempt_s", attempt_s)
         self._core = _native.RemoteBatch(
             scenario,
             rows,
             autoreset_mode,
             copy=copy,
             infos=infos,
-            patience_ms=(_ms("attempt_s", attempt_s), _ms("deadline_s", deadline_s)),
+            patience_ms=(attempt_ms, _ms("deadline_s", deadline_s)),
             jitter_seed=secrets.randbits(64),
             hash_every=whole("hash_every", hash_every, least=1, most=_MOST_HASH_EVERY) if resume else None,
         )
@@ -115,12 +116,12 @@ class RemoteBatch:
         self._is_open = False
         self._pid = os.getpid()
         try:
-            self._links += [Link(endpoint, server, attempt_s, zenoh) for endpoint in endpoints]
+            self._links += [Link(endpoint, server, attempt_ms / 1000, zenoh) for endpoint in endpoints]
             nonces = [secrets.randbits(128) for _ in endpoints]
             self._call(self._core.begin_spec, self._core.finish_spec)
             self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client, percept), self._core.finish_open)
             for part, link in enumerate(self._links):
-                link.shorten_steps(self._core.max_reply(part))
+                link.use_low_latency(self._core.max_reply(part))
         except BaseException:
             self.close()
             raise
@@ -361,4 +362,4 @@ def _ms(field: str, seconds: float) -> int:
     if not (isinstance(seconds, int | float) and 0.001 <= seconds <= 86_400):
         text = f"`{field}` must be from 0.001 to 86400 seconds, got {seconds!r}"
         raise ConfigError(text)
-    return int(1000 * seconds)
+    return round(1000 * seconds)

@@ -17,6 +17,7 @@ from swath import _native
 from swath.errors import ConfigError, RemoteError
 from swath.extras import need
 from swath.remote.session import opened, settings
+from swath.remote.way import Way
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -34,8 +35,8 @@ _TAKEN_S = 0.0002
 # Zenoh's low-latency transport takes no message of 64 KiB, and a server that answers by it waits until there is room on
 # the way: for so much there is, though nobody reads.
 _SHORT_BYTES = 32 << 10
-# What is left of a deadline is never no time at all.
-_SHORTEST_S = 0.001
+# So long after a step that was not answered by low latency, all go the usual way.
+_AGAIN_S = 60.0
 _NAME = re.compile(r"[a-z0-9-]{1,64}")
 
 _open_links: weakref.WeakSet[Link] = weakref.WeakSet()
@@ -52,16 +53,16 @@ _forked = _Forked()
 
 
 class Link:
-    """A Zenoh session with one server's keys."""
+    """The way to one server, and one of low latency for its steps where there is that."""
 
-    def __init__(self, endpoint: str, server: str, timeout_s: float, config: dict[str, object] | None = None) -> None:
+    def __init__(self, endpoint: str, server: str, timeout_s: float, zenoh: dict[str, object] | None = None) -> None:
         """Connects.
 
         Args:
             endpoint: Such as `tcp/127.0.0.1:7447`.
             server: The name that the server was started with.
             timeout_s: How long a question may stay open, where nothing else is said.
-            config: Further settings of Zenoh, such as those of TLS, by their path.
+            zenoh: Further settings of Zenoh, such as those of TLS, by their path.
 
         Raises:
             RemoteError: If there is nobody at the endpoint, or this process was forked from one that had a link.
@@ -72,75 +73,72 @@ class Link:
         if _forked.is_too_late:
             text = "the process was forked after environments on a server were opened; use `spawn` or `forkserver`"
             raise RemoteError(text)
-        how = settings(endpoint, config)
+        config = settings(endpoint, zenoh)
         if not isinstance(server, str) or not _NAME.fullmatch(server):
             text = f"`server` must be 1 to 64 lower-case letters, digits and dashes, got {server!r}"
             raise ConfigError(text)
         self.endpoint, self.server = endpoint, server
         self._pid = os.getpid()
         self._timeout_s = timeout_s
-        self._config = config
+        self._zenoh = zenoh
+        self._prefix = f"swath/v1/{server}"
         _forked.has_opened = True
-        self._session = opened(how, endpoint)
-        import zenoh
-
-        prefix = f"swath/v1/{server}"
-        self._how: dict[str, Any] = {
-            "target": zenoh.QueryTarget.BEST_MATCHING,
-            "consolidation": zenoh.ConsolidationMode.NONE,
-            "express": True,
-        }
-        self._queriers = {
-            verb: self._session.declare_querier(f"{prefix}/rpc/{verb}", timeout=timeout_s, **self._how)
-            for verb in _VERBS
-        }
-        self._prefix = prefix
-        self._low_latency: zenoh.Session | None = None
-        # By low latency; None where steps are asked for as all else is.
-        self._steps: zenoh.Querier | None = None
-        self._asked = b""
+        self._usual = Way(opened(config, endpoint), self._prefix, _VERBS, timeout_s)
+        self._low_latency: Way | None = None
+        # When steps may go by it: it is left alone for a while after one was not answered there.
+        self._low_latency_from_s = 0.0
         self.is_quick = True
         """Whether the next answer may be expected soon: the last one came so."""
         self._lease_name = ""
         self._lease: Any = None
         _open_links.add(self)
 
-    def shorten_steps(self, max_reply: int) -> None:
+    @property
+    def has_low_latency(self) -> bool:
+        """Whether the next step would go by low latency."""
+        return self._low_latency is not None and time.monotonic() >= self._low_latency_from_s
+
+    def use_low_latency(self, max_reply: int) -> None:
         """Asks for steps by Zenoh's low-latency transport from now on, if the server offers it and replies are short.
 
-        What is not answered there is asked again as all else is, and so are all later steps.
+        A step that is not answered there is asked again as all else is, and so are those of the next minute.
 
         Args:
             max_reply: Longest reply that a step can have, bytes.
         """
         if max_reply > _SHORT_BYTES:
             return
-        offers = self._session.liveliness().get(f"{self._prefix}/low-latency", timeout=_LOOK_S)
-        if not any(reply.ok is not None for reply in offers):
+        offers = _tokens(self._usual.session, f"{self._prefix}/low-latency/*")
+        if len(offers) != 1:
             return
-        self._low_latency = opened(settings(self.endpoint, self._config, low_latency=True), self.endpoint)
-        key = f"{self._prefix}/rpc/step"
-        self._steps = self._low_latency.declare_querier(key, timeout=self._timeout_s, **self._how)
+        config = settings(self.endpoint, self._zenoh, low_latency=True)
+        try:
+            session = opened(config, self.endpoint)
+        except RemoteError:
+            # The usual way is there.
+            return
+        # Behind one address there may be several servers of the name.
+        if _tokens(session, offers[0]) == offers:
+            self._low_latency = Way(session, self._prefix, ("step",), self._timeout_s)
+        else:
+            session.close()
 
     def ask(self, verb: str, message: bytes, timeout_s: float | None = None) -> Answers:
         """Sends a message; its answers arrive meanwhile, for at most so many seconds, or the usual ones."""
         self._check_process()
-        if timeout_s is None or timeout_s >= self._timeout_s:
-            if self._steps is not None and verb == "step" and len(message) <= _SHORT_BYTES:
-                is_unanswered, self._asked = message == self._asked, message
-                if not is_unanswered:
-                    return Answers(self, self._steps.get(payload=message))
-                self._steps = None
-            return Answers(self, self._queriers[verb].get(payload=message))
-        # A querier knows one time-out only, and the deadline is nearer.
-        key = f"{self._prefix}/rpc/{verb}"
-        timeout_s = max(timeout_s, _SHORTEST_S)
-        return Answers(self, self._session.get(key, payload=message, timeout=timeout_s, **self._how))
+        timeout_s = self._timeout_s if timeout_s is None else timeout_s
+        by_low_latency = verb == "step" and self.has_low_latency and len(message) <= _SHORT_BYTES
+        way = self._low_latency if by_low_latency and self._low_latency is not None else self._usual
+        return Answers(self, way.ask(verb, message, timeout_s), by_low_latency=by_low_latency)
+
+    def leave_low_latency(self) -> None:
+        """Asks the usual way for a while: a step was not answered."""
+        self._low_latency_from_s = time.monotonic() + _AGAIN_S
 
     def look(self) -> Callable[[], bool]:
         """Looks for a server; what it returns waits, and tells whether one of the name shows that it is alive."""
         self._check_process()
-        found = self._session.liveliness().get(f"{self._prefix}/alive/*", timeout=_LOOK_S)
+        found = self._usual.session.liveliness().get(f"{self._prefix}/alive/*", timeout=_LOOK_S)
         return lambda: any(reply.ok is not None for reply in found)
 
     def hold(self, lease: str) -> None:
@@ -151,15 +149,17 @@ class Link:
         if self._lease is not None:
             self._lease.undeclare()
         self._lease_name = lease
-        self._lease = self._session.liveliness().declare_token(f"{self._prefix}/lease/{lease}")
+        self._lease = self._usual.session.liveliness().declare_token(f"{self._prefix}/lease/{lease}")
 
     def close(self) -> None:
         """Leaves; closing twice is fine."""
         if self in _open_links and self._pid == os.getpid():
             _open_links.discard(self)
-            self._session.close()
-            if self._low_latency is not None:
-                self._low_latency.close()
+            try:
+                self._usual.session.close()
+            finally:
+                if self._low_latency is not None:
+                    self._low_latency.session.close()
 
     def _check_process(self) -> None:
         if self._pid != os.getpid():
@@ -170,9 +170,10 @@ class Link:
 class Answers:
     """What a question brings in: at most one answer from each server of that name."""
 
-    def __init__(self, link: Link, replies: zenoh.Handler[zenoh.Reply]) -> None:
+    def __init__(self, link: Link, replies: zenoh.Handler[zenoh.Reply], *, by_low_latency: bool = False) -> None:
         """Waits for nothing yet."""
         self._link = link
+        self._by_low_latency = by_low_latency
         self._replies = replies
         self.is_silent = True
         """Whether nothing has come yet, not even an error."""
@@ -202,9 +203,8 @@ class Answers:
 
     def _asleep(self) -> Iterator[bytes | None]:
         for reply in self._replies:
-            self.is_silent = False
-            yield reply.ok.payload.to_bytes() if reply.ok is not None else None
-        self.is_over = True
+            yield self._read(reply)
+        self._end()
 
     def arrived(self) -> Iterator[bytes | None]:
         """Yields the same of what has come already, and waits for nothing."""
@@ -212,20 +212,43 @@ class Answers:
 
         try:
             while (reply := self._replies.try_recv()) is not None:
-                self.is_silent = False
-                yield reply.ok.payload.to_bytes() if reply.ok is not None else None
+                yield self._read(reply)
         except zenoh.ZError:
-            self.is_over = True
+            self._end()
+
+    def _read(self, reply: zenoh.Reply) -> bytes | None:
+        self.is_silent = False
+        if reply.ok is not None:
+            payload: bytes = reply.ok.payload.to_bytes()
+            return payload
+        self._miss()
+        return None
+
+    def _end(self) -> None:
+        self.is_over = True
+        if self.is_silent:
+            self._miss()
+
+    def _miss(self) -> None:
+        if self._by_low_latency:
+            self._link.leave_low_latency()
 
     def late(self) -> Iterator[bytes]:
         """Yields the messages that have come since nobody waits for them any more."""
         return (message for message in self.arrived() if message is not None)
 
 
+def _tokens(session: zenoh.Session, keys: str) -> list[str]:
+    """Returns which of these liveliness tokens there are."""
+    found = session.liveliness().get(keys, timeout=_LOOK_S)
+    return [str(reply.ok.key_expr) for reply in found if reply.ok is not None]
+
+
 def _leave_to_parent() -> None:
     """Keeps a forked child from freeing what is its parent's: it would wait for threads that it does not have."""
     for link in list(_open_links):
-        for held in (link._session, link._low_latency, link._lease, link._steps, *link._queriers.values()):
+        ways = [way for way in (link._usual, link._low_latency) if way is not None]
+        for held in (link._lease, *chain.from_iterable(way.held() for way in ways)):
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(held))
     _open_links.clear()
     _forked.is_too_late = _forked.is_too_late or _forked.has_opened

@@ -59,7 +59,10 @@ def checked_endpoint(endpoint: object) -> tuple[str, int]:
 
 
 def settings(endpoint: str, further: dict[str, object] | None, *, low_latency: bool = False) -> zenoh.Config:
-    """Returns the settings of a client, with further ones laid over them, and over these the low-latency transport's.
+    """Returns the settings of a client, with further ones laid over them.
+
+    Those of a second session, of `low_latency`, leave out what only one session of a client can have: who it is, and
+    where it listens.
 
     Raises:
         ConfigError: If the endpoint is none, or Zenoh does not take a further setting.
@@ -75,6 +78,8 @@ def settings(endpoint: str, further: dict[str, object] | None, *, low_latency: b
     for path, value in _usual(endpoint).items():
         config.insert_json5(path, json.dumps(value))
     for path, value in (further or {}).items():
+        if low_latency and path.split("/")[0] in {"id", "listen"}:
+            continue
         try:
             config.insert_json5(path, json.dumps(value))
         except (zenoh.ZError, TypeError, ValueError):
