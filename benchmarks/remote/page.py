@@ -24,7 +24,8 @@ time of the way alone, while swath's holds its simulation. Each has client and s
 environment of its own: dm_env_rpc with `DmEnvAdaptor`, OpenEnv with its asynchronous WebSocket client.
 Zenoh alone is a `get` from Python with as many bytes as a step and its reply, answered by Python, on Zenoh's own
 threads. swath's client waits awake where answers are quick, as it always does, and so does its server after a brief
-step; the others sleep until they are woken.
+step; the others sleep until they are woken. A block of one environment comes after the blocks of other ways, during
+which both its ends slept, and begins slowly; a block of a batch of 1 comes after a short local one.
 """
 
 

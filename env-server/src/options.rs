@@ -17,6 +17,7 @@ use crate::stall;
 #[command(
     name = "swath-server",
     version,
+    allow_negative_numbers = true,
     after_help = "The environment variable SWATH_LOG says what is logged [default: info,zenoh=off]."
 )]
 pub struct Arguments {
@@ -75,8 +76,9 @@ pub struct Arguments {
     /// Lets clients have the state as bytes, in which weeds stand that nobody has seen
     #[arg(long)]
     pub allow_snapshot: bool,
-    /// Answers few environments sooner, by Zenoh's low-latency transport; where nobody who can connect means harm: whoever
-    /// does, listed or not, can hold up the others by reading next to nothing
+    /// Answers steps of few environments, of at most 32 KiB, sooner, by Zenoh's low-latency transport; not with `--connect`,
+    /// and only where nobody who can connect means harm: whoever does, listed or not, can hold up the others by reading
+    /// next to nothing
     #[arg(long)]
     pub low_latency: bool,
     /// The certificate of the authority that clients and servers are signed by, PEM
@@ -277,7 +279,7 @@ impl Options {
         }
         if self.low_latency && !self.connect.is_empty() {
             // A router of that kind would be sent more than it takes, and its clients would gain nothing.
-            let expected = "off with `connect`".to_owned();
+            let expected = "off with `connect`, since routers do not have it".to_owned();
             return Err(OptionsError::Value { field: "low_latency", expected, value: "on".into() });
         }
         if self.low_latency && !stall::CAN_BE_ENDED {
@@ -335,12 +337,13 @@ mod tests {
                 "`name` must be 1 to 64 lower-case letters, digits and dashes, got A b",
             ),
             (&["--workers", "0"], "`workers` must be from 1 to 1024, got 0"),
+            (&["--grace-ms", "3"], "`grace_ms` must be from 100 to 86400000, got 3"),
             (&["--idle-ms", "0"], "`idle_ms` must be from 1000 to 86400000, got 0"),
             (&["--max-all-cells", "0"], "`max_all_cells` must be from 1 to 1099511627776, got 0"),
             (&["--max-msg", "12"], "`max_msg` must be from 4096 to 67108864, got 12"),
             (
                 &["--low-latency", "--connect", "tcp/127.0.0.1:7447"],
-                "`low_latency` must be off with `connect`, got on",
+                "`low_latency` must be off with `connect`, since routers do not have it, got on",
             ),
             (&["--listen", "7447"], "`listen` must be tcp/HOST:PORT or tls/HOST:PORT, got 7447"),
         ] {

@@ -117,6 +117,7 @@ impl Server {
             stall::end_after(&options.listen, wait)
                 .map_err(|error| FrontError::Zenoh(error.to_string()))?;
             front.offer_low_latency(&options.name, boot_id)?;
+            tracing::info!("low latency is offered");
         }
         let room = Room::new(options.bounds, options.all_bounds);
         let workers = Workers::start(options.workers, options.limits, &room, &events_in);

@@ -217,7 +217,12 @@ def test_a_deadline_shorter_than_an_attempt_is_kept_and_so_is_the_second_of_a_cl
         ({"server": 3}, "`server` must be 1 to 64"),
         ({"zenoh": {"no/such": 1}}, "`zenoh` must hold settings of Zenoh by their path, got 'no/such': 1"),
         ({"zenoh": {"connect/timeout_ms": "soon"}}, "`zenoh` must hold settings of Zenoh by their path, got"),
-        ({"zenoh": {"mode": object}}, "`zenoh` must hold settings of Zenoh by their path, got 'mode'"),
+        ({"zenoh": {"id": object}}, "`zenoh` must hold settings of Zenoh by their path, got 'id'"),
+        ({"zenoh": {"mode": "router"}}, "`zenoh` must leave 'mode' to swath, got 'router'"),
+        (
+            {"zenoh": {"transport/unicast/lowlatency": True}},
+            "must leave 'transport/unicast/lowlatency' to swath, got True",
+        ),
         ({"zenoh": 7}, "`zenoh` must be settings of Zenoh by their path, got 7"),
         ({"resume": True, "hash_every": 0}, "`hash_every` must be a whole number from 1 to 4294967295, got 0"),
         ({"attempt_s": 0}, "`attempt_s` must be from 0.001 to 86400 seconds, got 0"),

@@ -87,6 +87,7 @@ def proxy(server):
 
 
 def is_by_low_latency(far):
+    assert far.has_low_latency == all(link.has_low_latency for link in far._batch._links)
     return [link.has_low_latency for link in far._batch._links]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+import threading
 import time
 
 import gymnasium as gym
@@ -18,7 +19,7 @@ pytestmark = needs_server
 
 @pytest.fixture(scope="module")
 def server():
-    server = Server()
+    server = Server("--allow-snapshot")
     yield server
     server.end()
 
@@ -122,4 +123,35 @@ def test_a_call_that_was_interrupted_leaves_environments_that_can_be_reset(serve
             far.step(actions)
     assert same(far.reset(seed=3), here.reset(seed=3))
     assert all(map(same, here.step(actions), far.step(actions)))
+    far.close()
+
+
+def test_a_call_of_another_thread_is_refused_and_disturbs_nothing(server):
+    here, far = (gym.make_vec(ENV_ID, num_envs=64), swath.remote.make_vec(ENV_ID, 64, connect=server.endpoint))
+    assert same(here.reset(seed=1), far.reset(seed=1))
+    actions, refused, is_over = np.zeros((64, 1), np.float32), [], threading.Event()
+
+    def disturb():
+        while not is_over.wait(0.001):
+            try:
+                far._core.snapshot(0)
+            except swath.RemoteError as error:
+                refused.append(str(error))
+
+    disturber = threading.Thread(target=disturb)
+    disturber.start()
+    try:
+        for _ in range(300):
+            told = None
+            while told is None:
+                try:
+                    told = far.step(actions)
+                except swath.RemoteError as error:
+                    # The other one was first.
+                    refused.append(str(error))
+            assert all(map(same, here.step(actions), told))
+    finally:
+        is_over.set()
+        disturber.join()
+    assert set(refused) == {"another call is in flight: an environment is for one thread at a time"}
     far.close()

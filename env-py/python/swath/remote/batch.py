@@ -5,6 +5,7 @@ from __future__ import annotations
 import atexit
 import os
 import secrets
+import threading
 import time
 import warnings
 import weakref
@@ -104,6 +105,8 @@ class RemoteBatch:
         )
         # Nobody has been told yet that it no longer can.
         self._can_resume = resume
+        # Who was interrupted on the way to its turn, or from it, can take it again.
+        self._turn = threading.RLock()
         self._links: list[Link] = []
         # What was asked last of each server, if more answers may come.
         self._asked: dict[int, Answers] = {}
@@ -157,6 +160,11 @@ class RemoteBatch:
     def action_masks(self) -> npt.NDArray[np.bool_]:
         """Which choices are open; an `AttributeError` where actions are no choices."""
         return self._core.action_masks
+
+    @property
+    def has_low_latency(self) -> bool:
+        """Whether the next step goes by low latency, on every server."""
+        return all(link.has_low_latency for link in self._links)
 
     @property
     def resumed(self) -> int:
@@ -246,6 +254,15 @@ class RemoteBatch:
 
     def _call(self, begin: Callable[[int], None], finish: Callable[[], Any], *, most_s: float = float("inf")) -> Any:  # noqa: ANN401
         """Begins a call, moves messages until every server has answered or is given up, and returns what it brought."""
+        if not self._turn.acquire(blocking=False):
+            text = "another call is in flight: an environment is for one thread at a time"
+            raise RemoteError(text)
+        try:
+            return self._call_alone(begin, finish, most_s)
+        finally:
+            self._turn.release()
+
+    def _call_alone(self, begin: Callable[[int], None], finish: Callable[[], Any], most_s: float) -> Any:  # noqa: ANN401
         try:
             begin(self._now_ms())
             self._finish = finish
@@ -259,7 +276,7 @@ class RemoteBatch:
         if self._can_resume and self._core.gap is not None:
             self._can_resume = False
             text = f"`resume` holds no longer: a server refused a further snapshot: {self._core.gap}"
-            warnings.warn(text, RuntimeWarning, stacklevel=4)
+            warnings.warn(text, RuntimeWarning, stacklevel=5)
         try:
             return finish()
         except RemoteTimeout as error:

@@ -31,7 +31,7 @@ Observation: TypeAlias = "npt.NDArray[np.generic] | dict[str, npt.NDArray[np.gen
 class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
     """A `MowerRoutingEnv`, which describes it, on a server; `swath.remote.make` makes it.
 
-    It cannot be pickled: its session belongs to this process.
+    It cannot be pickled: its session belongs to this process. One thread at a time may use it.
     """
 
     metadata: dict[str, object] = {"render_modes": []}  # noqa: RUF012 - as Gymnasium declares it
@@ -51,6 +51,11 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
     def observation_names(self) -> list[str]:
         """Name of every number of an observation, in order."""
         return [name for _, _, _, bounds in self._core.observation_spec for name, _, _ in bounds]
+
+    @property
+    def has_low_latency(self) -> bool:
+        """Whether the next step goes by the low-latency transport that its server offers."""
+        return self._core.has_low_latency
 
     @property
     def _core(self) -> RemoteBatch:

@@ -23,6 +23,8 @@ _LARGEST_PORT = 65535
 _READ_BYTES = 1 << 20
 # Larger than the largest message by far more than Zenoh adds.
 _MAX_MESSAGE_BYTES = (64 << 20) + (64 << 10)
+# What is not for others to set: where a client connects, and by which transport.
+_OWN = ("mode", "connect/endpoints", "transport/unicast/lowlatency", "transport/unicast/qos")
 # Whoever has it sends by itself, not by Zenoh's sending thread, in one connection and without priorities.
 _LOW_LATENCY: dict[str, object] = {"transport/unicast/qos/enabled": False, "transport/unicast/lowlatency": True}
 
@@ -78,6 +80,9 @@ def settings(endpoint: str, further: dict[str, object] | None, *, low_latency: b
     for path, value in _usual(endpoint).items():
         config.insert_json5(path, json.dumps(value))
     for path, value in (further or {}).items():
+        if isinstance(path, str) and path.startswith(_OWN):
+            text = f"`zenoh` must leave {path!r} to swath, got {value!r}"
+            raise ConfigError(text)
         if low_latency and path.split("/")[0] in {"id", "listen"}:
             continue
         try:

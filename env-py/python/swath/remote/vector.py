@@ -19,12 +19,17 @@ class RemoteVectorEnv(MowerRoutingVectorEnv):
     """A `MowerRoutingVectorEnv` whose environments lie on servers; `swath.remote.make_vec` makes it.
 
     Environment i of a vector seeded s is the environment seeded s + i, on any number of servers and in this process.
-    It cannot be pickled: its sessions belong to this process.
+    It cannot be pickled: its sessions belong to this process. One thread at a time may use it.
     """
 
     def __init__(self, batch: RemoteBatch, num_envs: int, autoreset_mode: AutoresetMode) -> None:
         """Takes over the sessions of a batch of so many environments."""
         self._adopt(batch, num_envs, autoreset_mode)
+
+    @property
+    def has_low_latency(self) -> bool:
+        """Whether the next step goes by the low-latency transport that its servers offer."""
+        return self._remote.has_low_latency
 
     def retry(self) -> object:
         """Asks once more for what was not answered in time, and returns what that call would have returned.
@@ -32,9 +37,13 @@ class RemoteVectorEnv(MowerRoutingVectorEnv):
         Raises:
             RemoteTimeout: If it is not answered this time either.
         """
+        return self._remote.retry()
+
+    @property
+    def _remote(self) -> RemoteBatch:
         batch = self._core
         assert isinstance(batch, RemoteBatch), "its rows lie on servers"
-        return batch.retry()
+        return batch
 
     def close_extras(self, **kwargs: object) -> None:
         """Ends the sessions."""
