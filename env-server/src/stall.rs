@@ -25,6 +25,7 @@ pub fn end_after(listen: &Endpoint, wait: Duration) -> io::Result<()> {
 
     use socket2::SockRef;
 
+    let mut sockets = 0;
     for entry in std::fs::read_dir("/proc/self/fd")? {
         let Some(number) = entry?.file_name().to_str().and_then(|name| name.parse::<RawFd>().ok())
         else {
@@ -39,10 +40,13 @@ pub fn end_after(listen: &Endpoint, wait: Duration) -> io::Result<()> {
         if socket.is_listener().unwrap_or(false) && port() == Some(listen.port()) {
             // Those that are accepted there inherit it (`man 7 tcp`).
             socket.set_tcp_user_timeout(Some(wait))?;
-            return Ok(());
+            sockets += 1;
         }
     }
-    Err(Error::new(ErrorKind::NotFound, format!("nothing listens at {listen}")))
+    if sockets == 0 {
+        return Err(Error::new(ErrorKind::NotFound, format!("nothing listens at {listen}")));
+    }
+    Ok(())
 }
 
 /// Other systems than Linux cannot.
