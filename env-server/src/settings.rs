@@ -93,15 +93,15 @@ fn all(options: &Options) -> Value {
     })
 }
 
-/// What clients with the right names may do, and nobody else anything: ask the server, hear that it is alive and whether it
-/// answers sooner, and show that they are there.
+/// What clients with the right names may do, and nobody else anything: ask the server, hear that it is alive, and show
+/// that they are.
 fn access_control(options: &Options) -> Value {
     let Options { access, name, .. } = options;
     if access.allow_cn.is_empty() {
         return json!({ "enabled": false });
     }
     let rpc = [format!("swath/v1/{name}/rpc/*"), format!("swath/*/{name}/rpc/spec")];
-    let alive = [format!("swath/v1/{name}/alive/*"), format!("swath/v1/{name}/low-latency/*")];
+    let alive = [format!("swath/v1/{name}/alive/*")];
     let lease = [format!("swath/v1/{name}/lease/*")];
     let rule = |id: &str, flow: &str, messages: &[&str], keys: &[String]| json!({ "id": id, "permission": "allow", "flows": [flow], "messages": messages, "key_exprs": keys });
     let mut rules = vec![

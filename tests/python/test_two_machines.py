@@ -9,16 +9,14 @@ import sys
 import time
 from pathlib import Path
 
-import gymnasium as gym
 import numpy as np
 import pytest
 import zenoh
-from remote_server import SERVER, free_port, needs_server, same
+from remote_server import SERVER, free_port, needs_server
 
 import swath
 from swath.cli import main
 from swath.registration import ENV_ID
-from swath.remote.session import opened, settings
 from swath.remote.watch import Watch
 
 EXAMPLE = Path(__file__).parents[2] / "examples/two_machines"
@@ -185,29 +183,14 @@ def test_the_server_is_watched_through_the_router(folder, endpoints, capsys):
     env.close()
 
 
-def test_who_is_not_listed_gets_no_answer_by_low_latency_either(folder):
-    own = f"tls/127.0.0.1:{free_port()}"
+def test_there_is_no_low_latency_over_tls(folder):
     files = {"--tls-ca": "ca.pem", "--tls-certificate": "field.pem", "--tls-key": "field.key.pem"}
     flags = [word for flag, name in files.items() for word in (flag, f"certificates/{name}")]
-    command = [SERVER, "--listen", own, "--low-latency", "--allow-cn", "robot", *flags]
-    server, line = started(folder, *command)
-    assert line == f"swath-server ready: {own} default\n"
-    env = swath.remote.make(ENV_ID, connect=own, zenoh=papers(folder, "robot"))
-    here = gym.make(ENV_ID).unwrapped
-    assert same(here.reset(seed=0), env.reset(seed=0))
-    assert all(map(same, here.step([0.1]), env.step([0.1])))
-    assert env._batch._links[0].has_low_latency
-    env.close()
-    for name, answers in (("robot", 1), ("stranger", 0)):
-        config = settings(own, papers(folder, name), low_latency=True)
-        with opened(config, own) as session:
-            asked = session.get("swath/v1/default/rpc/stats", payload=b"", timeout=1.0)
-            tokens = session.liveliness().get("swath/v1/default/low-latency/*", timeout=1.0)
-            for replies in (asked, tokens):
-                assert sum(reply.ok is not None for reply in replies) == answers
-    server.send_signal(signal.SIGTERM)
-    assert server.wait(10) == 0
-    server.stdout.close()
+    command = [SERVER, "--listen", "tls/127.0.0.1:0", "--low-latency", "--allow-cn", "robot", *flags]
+    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=20, check=False)
+    assert (run.returncode, run.stdout) == (2, "")
+    text = "`low_latency` must be off where `listen` is tls/..., since Zenoh does not end it well, got on"
+    assert run.stderr == f"swath-server: {text}\n"
 
 
 def test_keys_are_for_their_owner_only_and_a_name_can_be_added_later(tmp_path):
