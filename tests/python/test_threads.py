@@ -20,7 +20,7 @@ child = os.fork()
 if child == 0:
     signal.alarm(20)
 rewards = envs.step(actions)[1]
-print(hashlib.sha256(rewards).hexdigest(), flush=True)
+os.write(1, hashlib.sha256(rewards).hexdigest().encode() + b"\\n")
 if child == 0:
     os._exit(0)
 assert os.waitpid(child, 0)[1] == 0
