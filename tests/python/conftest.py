@@ -29,6 +29,16 @@ def env(kind):
     return make(kind)
 
 
+@pytest.fixture(scope="module")
+def server():
+    """A server with its defaults; files that need another one have it themselves."""
+    from remote_server import Server
+
+    server = Server()
+    yield server
+    server.end()
+
+
 @pytest.fixture
 def call(capsys):
     """Runs a command in this process: its status, and what it wrote to stdout and stderr."""

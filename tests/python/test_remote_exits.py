@@ -19,13 +19,6 @@ from swath.registration import ENV_ID
 pytestmark = needs_server
 
 
-@pytest.fixture(scope="module")
-def server():
-    server = Server()
-    yield server
-    server.end()
-
-
 @pytest.fixture
 def own_server():
     server = Server("--grace-ms", "300", "--max-sessions", "2")

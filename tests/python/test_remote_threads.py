@@ -22,13 +22,6 @@ from swath.remote.link import Answers
 pytestmark = needs_server
 
 
-@pytest.fixture(scope="module")
-def server():
-    server = Server()
-    yield server
-    server.end()
-
-
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="threads are looked for where Linux shows them")
 @pytest.mark.parametrize(
     ("first", "own", "kinds"),
