@@ -41,8 +41,10 @@ def main() -> None:
     folder = OUT if arguments.quick else ROOT
     profile = arguments.profile.read_text() if arguments.profile else None
     command = "make bench QUICK=1" if arguments.quick else "make bench"
+    # The page says whether anything is not committed, which is not to be the figures beside it.
+    text = page.text(figures, command, profile)
     write_whole(folder / "RESULTS.csv", csv_of(figures))
-    write_whole(folder / "RESULTS.md", page.text(figures, command, profile))
+    write_whole(folder / "RESULTS.md", text)
     print(page.targets(figures))
     print(f"wrote {os.path.relpath(folder / 'RESULTS.md')} and RESULTS.csv beside it")
 

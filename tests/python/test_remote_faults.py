@@ -218,6 +218,7 @@ def test_a_deadline_shorter_than_an_attempt_is_kept_and_so_is_the_second_of_a_cl
         ({"zenoh": {"no/such": 1}}, "`zenoh` must hold settings of Zenoh by their path, got 'no/such': 1"),
         ({"zenoh": {"connect/timeout_ms": "soon"}}, "`zenoh` must hold settings of Zenoh by their path, got"),
         ({"zenoh": {"id": object}}, "`zenoh` must hold settings of Zenoh by their path, got 'id'"),
+        ({"zenoh": {"transport/unicast": {"lowlatency": True}}}, "must leave 'transport/unicast' to swath, got {'low"),
         ({"zenoh": {"mode": "router"}}, "`zenoh` must leave 'mode' to swath, got 'router'"),
         (
             {"zenoh": {"transport/unicast/lowlatency": True}},

@@ -80,7 +80,7 @@ def settings(endpoint: str, further: dict[str, object] | None, *, low_latency: b
     for path, value in _usual(endpoint).items():
         config.insert_json5(path, json.dumps(value))
     for path, value in (further or {}).items():
-        if isinstance(path, str) and path.startswith(_OWN):
+        if isinstance(path, str) and (path.startswith(_OWN) or any(own.startswith(f"{path}/") for own in _OWN)):
             text = f"`zenoh` must leave {path!r} to swath, got {value!r}"
             raise ConfigError(text)
         if low_latency and path.split("/")[0] in {"id", "listen"}:
