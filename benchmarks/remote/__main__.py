@@ -20,12 +20,12 @@ from benchmarks.remote.figures import (
     ACTION_BYTES,
     BATCHES,
     FULL,
-    LOW_LATENCY,
     PEERS,
     REPLY_BYTES,
     REQUEST_BYTES,
     ROW_BYTES,
     SHORT,
+    USUAL,
     Figures,
     Kind,
 )
@@ -73,7 +73,7 @@ def measure(rounds: int) -> Figures:
     cases = [(kind, num_envs) for num_envs in BATCHES for kind in (SHORT, FULL)]
     with ExitStack() as stack:
         endpoint = stack.enter_context(serving(OUT / "server.log"))
-        low_latency = stack.enter_context(serving(OUT / "low-latency.log", LOW_LATENCY))
+        usual = stack.enter_context(serving(OUT / "usual.log", USUAL))
         sides = {name: stack.enter_context(_peer(name)) for name in PEERS}
         echoes = {num_envs: stack.enter_context(_echo(num_envs)) for num_envs in BATCHES}
         sides["echo"] = echoes[1]
@@ -86,7 +86,7 @@ def measure(rounds: int) -> Figures:
         progress = stack.enter_context(Progress("cases", (rounds + 1) * (1 + len(cases)), is_wanted=True))
         for number in range(rounds + 1):
             into = figures if number > 0 else Figures()
-            endpoints = (endpoint, low_latency)
+            endpoints = (endpoint, usual)
             one_environment(into, sides, endpoints, tapes[SHORT], steps=1000 if number > 0 else 100)
             progress.advance(1)
             for kind, num_envs in cases:
@@ -108,12 +108,12 @@ def measure(rounds: int) -> Figures:
 def one_environment(
     figures: Figures, sides: dict[str, Side], endpoints: tuple[str, str], tape: Tape, steps: int
 ) -> None:
-    """A block of each way in turn: here, on the server, on the one that offers low latency, and on those of others."""
+    """A block of each way in turn: here, on the server, on the one without low latency, and on those of others."""
     local = LocalEnv(SHORT)
     remotes = [swath.remote.make(ENV_ID, connect=endpoint, infos=SHORT.infos, **SHORT.blocks) for endpoint in endpoints]
     for env in (local, *remotes):
         env.reset(seed=tape.seeds[0])
-    own_us = (figures.one.local_us, figures.one.remote_us, figures.low_latency_us)
+    own_us = (figures.one.local_us, figures.one.remote_us, figures.usual_us)
     ways: list[tuple[Way, list[float]]] = [
         (partial(timed, env.step), times_us) for env, times_us in zip((local, *remotes), own_us, strict=True)
     ]

@@ -9,8 +9,8 @@ from typing import Any
 from benchmarks.remote.blocks import Pair
 
 BATCHES = (1, 64, 1024, 4096)
-# What the server runs with beside its defaults, by which one environment is measured too.
-LOW_LATENCY = "--low-latency"
+# By what one environment is measured beside the server's defaults.
+USUAL = "--low-latency=off"
 PEERS = {"dm_env_rpc": "dm_env_rpc", "openenv": "OpenEnv"}
 # The bytes of a step's request and reply around the numbers of the environments.
 REQUEST_BYTES, REPLY_BYTES = 53 + 16, 53 + 20 * 8 + 9
@@ -43,7 +43,7 @@ class Figures:
 
     Attributes:
         one: One environment, here and behind `swath.remote.make`; a pair of times a block.
-        low_latency_us: The same environment on a server that offers low latency, in the order of `one`.
+        usual_us: The same environment on a server that offers no low latency, in the order of `one`.
         batches: The same of batches.
         others: Times of a step, block by block, in the order of `one`: each peer, and `echo` for Zenoh alone.
         echoes: Zenoh alone with as many bytes as batches of each size have, microseconds.
@@ -53,7 +53,7 @@ class Figures:
     """
 
     one: Pair = field(default_factory=Pair)
-    low_latency_us: list[float] = field(default_factory=list)
+    usual_us: list[float] = field(default_factory=list)
     batches: dict[tuple[Kind, int], Pair] = field(default_factory=dict)
     others: dict[str, list[float]] = field(default_factory=dict)
     echoes: dict[int, list[float]] = field(default_factory=dict)
@@ -61,12 +61,12 @@ class Figures:
     versions: dict[str, str] = field(default_factory=dict)
     loads: list[float] = field(default_factory=list)
 
-    def share_of(self, other: str, *, low_latency: bool) -> float | None:
+    def share_of(self, other: str, *, usual: bool) -> float | None:
         """One remote environment's time by that of another way: the median of the blocks' ratios."""
         others = self.others.get(other, [])
         if not others or other in self.missing:
             return None
-        ours = self.low_latency_us if low_latency else self.one.remote_us
+        ours = self.usual_us if usual else self.one.remote_us
         return statistics.median(own / theirs for own, theirs in zip(ours, others, strict=True))
 
     def added_us(self, kind: Kind, num_envs: int) -> list[float]:

@@ -6,12 +6,12 @@ import statistics
 from collections.abc import Iterable, Sequence
 
 from benchmarks.remote.blocks import spread
-from benchmarks.remote.figures import BATCHES, FULL, LOW_LATENCY, PEERS, SHORT, Figures
+from benchmarks.remote.figures import BATCHES, FULL, PEERS, SHORT, USUAL, Figures
 from benchmarks.throughput import machine
 
 _METHOD = """\
 All processes are on one machine and speak over the loopback; the server is the release build with its defaults, and for
-one environment a second one beside it runs with `--low-latency`.
+one environment a second one beside it runs with `--low-latency=off`.
 Local and remote environments drive the same tape, laps of `snake` on 16 pastures with 160 weeds, block by block
 in turn, and who begins takes turns too; row i of a batch is on pasture i modulo 16.
 A step is a call of `step` in Python, with all that it returns; a figure is the median over blocks, with the quartiles.
@@ -45,9 +45,9 @@ def text(figures: Figures, command: str) -> str:
 def targets(figures: Figures) -> str:
     """What was promised, what was measured, and whether that is enough."""
     rows = []
-    for low_latency, how in ((True, f", `{LOW_LATENCY}`"), (False, "")):
+    for usual, how in ((False, ""), (True, f", `{USUAL}`")):
         for peer, name in PEERS.items():
-            share = figures.share_of(peer, low_latency=low_latency)
+            share = figures.share_of(peer, usual=usual)
             rows.append(_row(f"one remote environment's step, of {name}'s{how}", 0.5, share, ""))
     for num_envs, most_us in ((1024, 0.5), (4096, 0.3)):
         what = f"what the wire adds to an environment's step, batch of {num_envs}, {SHORT.name}"
@@ -71,15 +71,15 @@ def _one(figures: Figures) -> str:
     rows = [
         ["swath, local", _cell(figures.one.local_us), "", ""],
         ["swath, remote", _cell(figures.one.remote_us), "", ""],
-        [f"swath, remote, `{LOW_LATENCY}`", _cell(figures.low_latency_us), "", ""],
+        [f"swath, remote, `{USUAL}`", _cell(figures.usual_us), "", ""],
     ]
-    pairs = zip(figures.low_latency_us, figures.one.remote_us, strict=True)
-    rows[1][-1] = f"{statistics.median(quick / usual for quick, usual in pairs):.2f}"
+    pairs = zip(figures.one.remote_us, figures.usual_us, strict=True)
+    rows[1][-1] = f"{statistics.median(own / usual for own, usual in pairs):.2f}"
     for other, name in {"echo": "Zenoh alone", **PEERS}.items():
-        shares = [figures.share_of(other, low_latency=low_latency) for low_latency in (False, True)]
+        shares = [figures.share_of(other, usual=usual) for usual in (False, True)]
         ratios = ["not compared" if share is None else f"{share:.2f}" for share in shares]
         rows.append([name, _cell(figures.others.get(other, [])), *ratios])
-    head = ["32 floats, no infos", "a step, us", "swath, remote, by this", f"`{LOW_LATENCY}`, by this"]
+    head = ["32 floats, no infos", "a step, us", "swath, remote, by this", f"`{USUAL}`, by this"]
     return _table(head, rows)
 
 

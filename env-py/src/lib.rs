@@ -71,7 +71,7 @@ mod _native {
     #[pymodule_export]
     use crate::statistics::student_t;
     #[pymodule_export]
-    use crate::stats::{read_stats, stats_request};
+    use crate::stats::{knows_no_session, read_stats, stats_request};
     #[pymodule_export]
     use crate::training::{parse_toml, shipped_trainings};
     #[pymodule_export]

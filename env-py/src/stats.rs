@@ -1,4 +1,4 @@
-//! What a server does at present, as Python asks for it and reads it.
+//! What a server says of itself, as Python asks for it and reads it.
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -56,4 +56,13 @@ pub(crate) fn read_stats<'py>(
     }
     dict.set_item("open", open)?;
     Ok(dict)
+}
+
+/// Whether a server says that it has no such session.
+#[pyfunction]
+pub(crate) fn knows_no_session(message: &[u8]) -> bool {
+    let Ok((Header { kind: Kind::Fault, .. }, payload)) = Header::read(message) else {
+        return false;
+    };
+    matches!(codec::read_fault(payload), Ok(Fault::NoSession { .. } | Fault::SessionLost { .. }))
 }

@@ -29,7 +29,7 @@ pub struct Front {
     session: Session,
     _queryables: Vec<Queryable<()>>,
     _alive: LivelinessToken,
-    low_latency: Option<LivelinessToken>,
+    _low_latency: Option<LivelinessToken>,
     waiting: Arc<AtomicUsize>,
     leases: Arc<Mutex<Vec<(u128, bool)>>>,
 }
@@ -74,7 +74,8 @@ const STEP_BACK: Duration = Duration::from_millis(4);
 
 impl Front {
     /// Declares the keys of the server `name`, which nobody else may have, here or where `to_ask` leads; what arrives at
-    /// them goes to `events`, as long as not more than `most` bytes wait there.
+    /// them goes to `events`, as long as not more than `most` bytes wait there. With `low_latency` clients are shown that
+    /// they may have Zenoh's low-latency transport.
     ///
     /// # Errors
     ///
@@ -84,6 +85,7 @@ impl Front {
         to_ask: Option<Config>,
         name: &str,
         boot_id: u128,
+        low_latency: bool,
         most: usize,
         events: &SyncSender<E>,
     ) -> Result<Self, FrontError> {
@@ -134,19 +136,17 @@ impl Front {
                 session.declare_queryable(key).complete(true).callback(callback).wait()?;
             queryables.push(queryable);
         }
-        let low_latency = None;
-        Ok(Self { session, _queryables: queryables, _alive: alive, low_latency, waiting, leases })
-    }
-
-    /// Shows clients of the server `name` that they may have Zenoh's low-latency transport.
-    ///
-    /// # Errors
-    ///
-    /// [`FrontError`] of Zenoh's.
-    pub fn offer_low_latency(&mut self, name: &str, boot_id: u128) -> Result<(), FrontError> {
-        let key = format!("swath/v1/{name}/low-latency/{boot_id:032x}");
-        self.low_latency = Some(self.session.liveliness().declare_token(key).wait()?);
-        Ok(())
+        let offer = format!("swath/v1/{name}/low-latency/{boot_id:032x}");
+        let offer = || session.liveliness().declare_token(offer).wait();
+        let low_latency = low_latency.then(offer).transpose()?;
+        Ok(Self {
+            session,
+            _queryables: queryables,
+            _alive: alive,
+            _low_latency: low_latency,
+            waiting,
+            leases,
+        })
     }
 
     /// A query does not wait any longer.

@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::process::ExitCode;
 
 use clap::Parser as _;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use swath_server::options::Arguments;
 use swath_server::server::Server;
 use swath_server::settings::{THREADS, THREADS_VARIABLE};
@@ -45,7 +46,18 @@ fn refuse(text: &str) -> ExitCode {
     ExitCode::from(2)
 }
 
+/// Every client has a connection or two: as many as the system lets the process have.
+fn raise_most_connections() {
+    let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
+    if current != maximum
+        && setrlimit(Resource::Nofile, Rlimit { current: maximum, maximum }).is_err()
+    {
+        tracing::debug!(?current, ?maximum, "the limit of open files stays");
+    }
+}
+
 fn serve(arguments: Arguments) -> Result<(), String> {
+    raise_most_connections();
     let options = arguments.check().map_err(|error| error.to_string())?;
     if !options.listen.is_loopback() && options.access.allow_cn.is_empty() {
         tracing::warn!(listen = %options.listen, "insecure: whoever reaches this address may use the server");
@@ -60,7 +72,13 @@ fn serve(arguments: Arguments) -> Result<(), String> {
         format!("`{THREADS_VARIABLE}` must be threads as Zenoh reads them, got {threads:?}")
     })?;
     let (server, stop) = opened.map_err(|error| error.to_string())?;
-    ctrlc::set_handler(move || stop.stop()).map_err(|error| error.to_string())?;
+    let on_signal = move || {
+        // Whoever says it twice does not want to wait for anything.
+        if !stop.stop() {
+            std::process::exit(1);
+        }
+    };
+    ctrlc::set_handler(on_signal).map_err(|error| error.to_string())?;
     // Whoever has started the server waits for this line.
     let mut out = std::io::stdout();
     writeln!(out, "swath-server ready: {} {name}", server.listen())

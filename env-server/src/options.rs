@@ -76,11 +76,11 @@ pub struct Arguments {
     /// Lets clients have the state as bytes, in which weeds stand that nobody has seen
     #[arg(long)]
     pub allow_snapshot: bool,
-    /// Answers steps of few environments, of at most 32 KiB, sooner, by Zenoh's low-latency transport; not with `--connect`
-    /// nor over TLS, and only where nobody who can connect means harm: by reading next to nothing one can hold up the
-    /// others
-    #[arg(long)]
-    pub low_latency: bool,
+    /// Whether steps of few environments, of at most 32 KiB, are answered sooner, by Zenoh's low-latency transport; not with
+    /// `--connect` nor over TLS [default: on where only this machine can connect]
+    #[arg(long, value_name = "on|off", num_args = 0..=1, require_equals = true,
+        default_missing_value = "on", value_parser = switch)]
+    pub low_latency: Option<bool>,
     /// The certificate of the authority that clients and servers are signed by, PEM
     #[arg(long, value_name = "FILE")]
     pub tls_ca: Option<PathBuf>,
@@ -119,7 +119,7 @@ struct File {
     grace_ms: Option<u32>,
     idle_ms: Option<u32>,
     allow_snapshot: bool,
-    low_latency: bool,
+    low_latency: Option<bool>,
     tls_ca: Option<PathBuf>,
     tls_certificate: Option<PathBuf>,
     tls_key: Option<PathBuf>,
@@ -232,16 +232,25 @@ impl Arguments {
             max_waiting: self.max_waiting.or(file.max_waiting).unwrap_or(256 << 20),
             max_cached: self.max_cached.or(file.max_cached).unwrap_or(1 << 30),
             allow_snapshot: self.allow_snapshot || file.allow_snapshot,
-            low_latency: self.low_latency || file.low_latency,
+            low_latency: false,
             access,
         };
-        options.check()
+        options.with_low_latency(self.low_latency.or(file.low_latency))?.check()
     }
 }
 
 /// A number of the command line.
 fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
     text.parse().map_err(|_| "it must be a whole number from 0 on, and not too large")
+}
+
+/// A switch of the command line.
+fn switch(text: &str) -> Result<bool, &'static str> {
+    match text {
+        "on" => Ok(true),
+        "off" => Ok(false),
+        _ => Err("it must be on or off"),
+    }
 }
 
 impl File {
@@ -270,13 +279,9 @@ fn endpoint(field: &'static str, text: &str) -> Result<Endpoint, OptionsError> {
 }
 
 impl Options {
-    fn check(self) -> Result<Self, OptionsError> {
-        let is_plain =
-            |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
-        if !(1..=64).contains(&self.name.len()) || !self.name.bytes().all(is_plain) {
-            let expected = "1 to 64 lower-case letters, digits and dashes".to_owned();
-            return Err(OptionsError::Value { field: "name", expected, value: self.name });
-        }
+    /// With or without low latency, as it is wished for; else with it where only this machine can connect and nothing is in
+    /// its way.
+    fn with_low_latency(self, wish: Option<bool>) -> Result<Self, OptionsError> {
         // A router of that kind would be sent more than it takes; Zenoh 1.10 panics where both ends close a connection of that
         // kind over TLS.
         let obstacle = [
@@ -285,11 +290,26 @@ impl Options {
                 self.listen.is_tls(),
                 "off where `listen` is tls/..., since Zenoh does not end it well",
             ),
-            (!stall::CAN_BE_ENDED, "off on other systems than Linux"),
+            (
+                !stall::can_be_watched(),
+                "off where there is no /proc as Linux has it, since nobody sees which client reads nothing",
+            ),
         ];
-        if let Some((_, expected)) = obstacle.iter().find(|one| self.low_latency && one.0) {
+        let obstacle = obstacle.iter().find(|one| one.0);
+        if let (Some(true), Some((_, expected))) = (wish, obstacle) {
             let expected = (*expected).to_owned();
             return Err(OptionsError::Value { field: "low_latency", expected, value: "on".into() });
+        }
+        let by_default = self.listen.is_loopback() && obstacle.is_none();
+        Ok(Self { low_latency: wish.unwrap_or(by_default), ..self })
+    }
+
+    fn check(self) -> Result<Self, OptionsError> {
+        let is_plain =
+            |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
+        if !(1..=64).contains(&self.name.len()) || !self.name.bytes().all(is_plain) {
+            let expected = "1 to 64 lower-case letters, digits and dashes".to_owned();
+            return Err(OptionsError::Value { field: "name", expected, value: self.name });
         }
         let limits = &self.limits;
         for (field, value, least, most) in [
@@ -332,6 +352,37 @@ mod tests {
     fn options(flags: &[&str]) -> Result<Options, String> {
         let flags = ["swath-server"].iter().chain(flags);
         Arguments::try_parse_from(flags).unwrap().check().map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn low_latency_is_as_it_is_wished_for_and_else_on_where_only_this_machine_can_connect() {
+        let folder = std::env::temp_dir().join(format!("swath-latency-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let file = folder.join("server.toml");
+        let path = file.display().to_string();
+        let has = |flags: &[&str], in_file: &str| {
+            std::fs::write(&file, in_file).unwrap();
+            let flags = [&["--config", &path], flags].concat();
+            options(&flags).unwrap().low_latency
+        };
+        let can = stall::can_be_watched();
+        for (flags, in_file, expected) in [
+            (&[][..], "", can),
+            (&["--listen", "tcp/[::1]:7447"], "", can),
+            (&["--listen", "tcp/localhost:7447", "--insecure"], "", false),
+            (&["--listen", "tcp/0.0.0.0:7447", "--insecure"], "", false),
+            (&["--connect", "tcp/127.0.0.1:7448"], "", false),
+            (&["--low-latency=off"], "", false),
+            (&["--low-latency=off"], "low_latency = true", false),
+            (&[], "low_latency = false", false),
+            (&["--low-latency"], "low_latency = false", true),
+            (&["--low-latency=on", "--listen", "tcp/0.0.0.0:1", "--insecure"], "", true),
+        ] {
+            if can || !expected {
+                assert_eq!(has(flags, in_file), expected, "{flags:?} {in_file}");
+            }
+        }
+        std::fs::remove_dir_all(&folder).unwrap();
     }
 
     #[test]

@@ -1,6 +1,8 @@
 //! The thread between Zenoh and the workers.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, sync_channel};
 use std::time::Duration;
 
@@ -20,7 +22,7 @@ use crate::memory::{self, Leftovers};
 use crate::options::Options;
 use crate::post::Post;
 use crate::settings::{settings, settings_to_ask};
-use crate::stall;
+use crate::stall::{Patience, Watch};
 use crate::worker::{Done, Resting, Task, Workers};
 
 /// What may wait to be looked at: more is dropped, and asked again.
@@ -62,6 +64,7 @@ pub struct Server {
     listen: Endpoint,
     front: Front,
     post: Post,
+    watch: Watch,
     sessions: ServerSessions,
     events: Receiver<Event>,
     workers: Workers,
@@ -73,17 +76,23 @@ pub struct Server {
     /// Whether the next message may be expected soon: the last one asked for a brief step.
     is_awake: bool,
     leftovers: Leftovers,
+    is_stop_wanted: Arc<AtomicBool>,
 }
 
 /// Tells a server to end.
 #[derive(Debug, Clone)]
-pub struct Stop(SyncSender<Event>);
+pub struct Stop {
+    is_wanted: Arc<AtomicBool>,
+    events: SyncSender<Event>,
+}
 
 impl Stop {
-    /// Ends it: no new sessions, running requests to their end.
-    pub fn stop(&self) {
-        // A server that has ended already needs no telling.
-        let _ = self.0.send(Event::Stop);
+    /// Ends it: no new sessions, running requests to their end. Returns whether it was told so for the first time.
+    pub fn stop(&self) -> bool {
+        let is_first = !self.is_wanted.swap(true, Ordering::Relaxed);
+        // Where there is no room for this, the server looks before long; one that has ended needs no telling.
+        let _ = self.events.try_send(Event::Stop);
+        is_first
     }
 }
 
@@ -111,12 +120,12 @@ impl Server {
             options.listen.with_port().map_err(|error| FrontError::Zenoh(error.to_string()))?;
         let (config, most) = (settings(&options)?, options.max_waiting);
         let to_ask = settings_to_ask(&options)?;
-        let mut front = Front::open(config, to_ask, &options.name, boot_id, most, &events_in)?;
-        if options.low_latency {
-            let wait = Duration::from_millis(options.limits.lease_ms.into());
-            stall::end_after(&options.listen, wait)
-                .map_err(|error| FrontError::Zenoh(error.to_string()))?;
-            front.offer_low_latency(&options.name, boot_id)?;
+        let low_latency = options.low_latency;
+        let front =
+            Front::open(config, to_ask, &options.name, boot_id, low_latency, most, &events_in)?;
+        let watch = Watch::default();
+        if low_latency {
+            watch.start(&options.listen).map_err(|error| FrontError::Zenoh(error.to_string()))?;
             tracing::info!("low latency is offered");
         }
         let room = Room::new(options.bounds, options.all_bounds);
@@ -136,11 +145,13 @@ impl Server {
             },
             Box::new(random),
         );
+        let is_wanted = Arc::new(AtomicBool::new(false));
         let server = Self {
             clock: Clock::start(),
             listen: options.listen,
             front,
-            post: Post::new(most),
+            post: Post::new(most, watch.clone()),
+            watch,
             sessions,
             events,
             workers,
@@ -150,8 +161,9 @@ impl Server {
             running: 0,
             is_awake: false,
             leftovers: Leftovers::default(),
+            is_stop_wanted: Arc::clone(&is_wanted),
         };
-        Ok((server, Stop(events_in)))
+        Ok((server, Stop { is_wanted, events: events_in }))
     }
 
     /// Where it listens.
@@ -199,12 +211,12 @@ impl Server {
                     self.workers.is_free(done.worker);
                     self.put_away(now_ms, *done);
                 }
-                Some(Event::Stop) if end_ms.is_none() => {
-                    tracing::info!(running = self.running, "stopping");
-                    self.sessions.shut_down(now_ms);
-                    end_ms = Some(now_ms + LAST_WAIT_MS);
-                }
                 Some(Event::Arrival(Arrival::Leases) | Event::Stop) | None => {}
+            }
+            if end_ms.is_none() && self.is_stop_wanted.load(Ordering::Relaxed) {
+                tracing::info!(running = self.running, "stopping");
+                self.sessions.shut_down(now_ms);
+                end_ms = Some(now_ms + LAST_WAIT_MS);
             }
             while let Some(output) = self.sessions.poll(now_ms) {
                 just_done |= self.carry_out(now_ms, output, just_done);
@@ -214,6 +226,7 @@ impl Server {
             }
         }
         self.workers.end();
+        let _sending = self.watch.sending(Patience::OfAll);
         self.post.close();
         self.front.close()?;
         tracing::info!("stopped");

@@ -23,8 +23,8 @@ def figures():
         for num_envs in BATCHES
     }
     return Figures(
-        one=Pair([3.0, 4.0], [150.0, 300.0]),
-        low_latency_us=[100.0, 200.0],
+        one=Pair([3.0, 4.0], [100.0, 200.0]),
+        usual_us=[150.0, 300.0],
         batches=pairs,
         others={"echo": [140.0, 140.0], "dm_env_rpc": [400.0, 500.0]},
         missing={"openenv": "its environment could not be made"},

@@ -1,4 +1,4 @@
-"""Servers that offer Zenoh's low-latency transport: steps of few environments go by it, and nothing else changes."""
+"""Zenoh's low-latency transport, which servers offer: steps of few environments go by it, and nothing else changes."""
 
 from __future__ import annotations
 
@@ -23,21 +23,28 @@ pytestmark = needs_server
 
 
 @pytest.fixture
-def server():
-    server = Server("--allow-snapshot", "--low-latency", "--grace-ms", "500", "--lease-ms", "2000")
+def server(tmp_path):
+    server = Server("--allow-snapshot", "--grace-ms", "500", "--lease-ms", "2000", log=tmp_path / "log")
     yield server
     server.end(signal.SIGKILL)
 
 
 class Proxy:
-    """Connections to a server, of which each can be muted: nobody reads it then, and nobody closes it."""
+    """Connections to a server. Each can be muted, so that nobody reads it and nobody closes it, or be broken off."""
 
     def __init__(self, server):
-        self.to = ("127.0.0.1", int(server.endpoint.rsplit(":", 1)[1]))
+        self.lead_to(server)
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.endpoint = f"tcp/127.0.0.1:{self.listener.getsockname()[1]}"
-        self.muted = []
+        self.muted, self.clients = [], []
         threading.Thread(target=self.accept, daemon=True).start()
+
+    def lead_to(self, server):
+        """From now on, whoever connects."""
+        self.to = ("127.0.0.1", int(server.endpoint.rsplit(":", 1)[1]))
+
+    def break_off(self, number):
+        self.clients[number].shutdown(socket.SHUT_RDWR)
 
     def accept(self):
         while True:
@@ -55,6 +62,7 @@ class Proxy:
                 server.close()
                 continue
             self.muted.append(mute)
+            self.clients.append(client)
             for pump in ((client, server, mute, False), (server, client, mute, True)):
                 threading.Thread(target=self.pump, args=pump, daemon=True).start()
 
@@ -133,7 +141,7 @@ def test_the_transport_of_steps_is_the_one_that_takes_no_long_message(server):
 
 
 def test_a_server_that_does_not_offer_it_is_asked_as_ever(server):
-    usual = Server()
+    usual = Server("--low-latency=off")
     far = swath.remote.make_vec(ENV_ID, 2, connect=[usual.endpoint, server.endpoint])
     assert is_by_low_latency(far) == [False, True]
     far.reset(seed=0)
@@ -189,11 +197,32 @@ def test_a_call_that_is_interrupted_is_no_reason_to_leave_it(server, monkeypatch
     far.close()
 
 
-@pytest.mark.parametrize("zenoh", [{"id": "abc123"}, {"listen/endpoints": ["tcp/127.0.0.1:0"]}])
+@pytest.mark.parametrize(
+    "zenoh", [{"id": "abc123"}, {"listen/endpoints": ["tcp/127.0.0.1:0"]}, {"transport/link/tx/batch_size": 8192}]
+)
 def test_what_only_one_session_of_a_client_can_have_is_not_asked_for_twice(server, zenoh):
-    far = swath.remote.make(ENV_ID, connect=server.endpoint, zenoh=zenoh)
+    here, far = pair(server, 64, zenoh=zenoh)
+    step_both(here, far, 5)
     assert is_by_low_latency(far) == [True]
     far.close()
+
+
+@pytest.mark.parametrize("resume", [False, True])
+def test_where_its_connection_comes_to_lead_to_another_server_of_the_name_all_goes_as_ever(server, proxy, resume):
+    other = Server("--allow-snapshot")
+    here, far = pair(proxy, 3, resume=resume)
+    step_both(here, far, 5)
+    proxy.lead_to(other)
+    proxy.break_off(1)
+    end_s = time.monotonic() + 10
+    while len(proxy.clients) < 3:
+        assert time.monotonic() < end_s
+        time.sleep(0.05)
+    step_both(here, far, 20)
+    assert far._core.resumed == 0
+    assert is_by_low_latency(far) == [False]
+    far.close()
+    other.end()
 
 
 def test_where_the_second_connection_cannot_be_made_all_goes_as_ever(server, monkeypatch):
@@ -213,36 +242,45 @@ def test_where_the_second_connection_cannot_be_made_all_goes_as_ever(server, mon
     far.close()
 
 
-def test_whoever_asks_and_reads_nothing_is_given_up_after_the_lease(server, proxy):
-    code = f"""
+def stranger(code, **names):
+    """A client of another kind, which goes on after a line on its standard input."""
+    begin = """
+        import struct
         import time
         import swath
         from swath.remote.link import Link
         from swath.remote.session import opened, settings
-        ask, asked = Link.ask, {{}}
-        Link.ask = lambda link, verb, *what: (asked.setdefault(verb, what[0]), ask(link, verb, *what))[1]
-        swath.remote.make("{ENV_ID}", connect="{server.endpoint}").close()
-        session = opened(settings("{proxy.endpoint}", None, low_latency=True), "{proxy.endpoint}")
-        what_are_you = lambda: session.get("swath/v1/default/rpc/spec", payload=asked["spec"], timeout=60.0)
-        assert len(next(iter(what_are_you())).ok.payload.to_bytes()) > 5000
+        from swath.remote.watch import Watch
+        ask, asked = Link.ask, {}
+        Link.ask = lambda link, verb, *what: (asked.update({verb: what[0]}), ask(link, verb, *what))[1]
+        session = opened(settings(proxied, None, low_latency=True), proxied)
+        get = lambda verb, message: session.get(f"swath/v1/default/rpc/{verb}", payload=message, timeout=60.0)
+        answer = lambda *what: next(iter(get(*what))).ok.payload.to_bytes()
+        replies = []
+    """
+    values = "".join(f"{name} = {value!r}\n" for name, value in names.items())
+    code = values + textwrap.dedent(begin) + textwrap.dedent(code)
+    return subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+
+def test_whoever_asks_without_a_session_and_reads_nothing_holds_up_nobody(server, proxy):
+    code = f"""
+        swath.remote.make("{ENV_ID}", connect=endpoint).close()
+        assert len(answer("spec", asked["spec"])) > 5000
         print("answered", flush=True)
         input()
-        replies = []
         for _ in range(4000):
-            replies.append(what_are_you())
+            replies.append(get("spec", asked["spec"]))
             time.sleep(0.0005)
         print("asked", flush=True)
         input()
     """
     here, far = pair(server, 2, attempt_s=0.5, deadline_s=15.0)
-    command = [sys.executable, "-c", textwrap.dedent(code)]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as client:
+    with stranger(code, proxied=proxy.endpoint, endpoint=server.endpoint) as client:
         assert client.stdout.readline() == "answered\n"
         proxy.muted[0].set()
-        client.stdin.write("\n")
-        client.stdin.flush()
+        print(file=client.stdin, flush=True)
         assert client.stdout.readline() == "asked\n"
-        # The server may have stood still meanwhile, for as long as its lease.
         step_both(here, far, 50)
         server.process.send_signal(signal.SIGTERM)
         assert server.process.wait(8) == 0
@@ -250,8 +288,60 @@ def test_whoever_asks_and_reads_nothing_is_given_up_after_the_lease(server, prox
     far.close()
 
 
-def test_environments_go_on_to_the_bit_when_their_server_is_started_anew(server):
+def test_whoever_steps_and_reads_nothing_is_cut_off_after_a_second(server, proxy):
+    code = f"""
+        import numpy as np
+        far = swath.remote.make_vec("{ENV_ID}", 64, connect=endpoint)
+        far.reset(seed=0)
+        far.step(np.zeros((64, 1), np.float32))
+        message, watch = asked["step"], Watch([endpoint], timeout_s=0.2)
+        number = struct.unpack("<Q", message[40:48])[0]
+        step = lambda: message[:40] + struct.pack("<Q", number) + message[48:]
+
+        def steps_done():
+            stats = watch.read()[0].stats
+            return stats and next(of["steps"] for of in stats["open"] if of["envs"] == 64) // 64
+
+        first = number - steps_done()
+        number += 1
+        assert answer("step", step())[48] != 255
+        print("answered", flush=True)
+        input()
+        # Each step after the one before it was done, or its reply does not leave at once.
+        for _ in range(4000):
+            number += 1
+            replies.append(get("step", step()))
+            done = steps_done()
+            while done is not None and done < number - first:
+                done = steps_done()
+            if done is None:
+                break
+        print("asked", flush=True)
+        input()
+    """
+    here, far = pair(server, 2, attempt_s=0.5, deadline_s=15.0)
+    with stranger(code, proxied=proxy.endpoint, endpoint=server.endpoint) as client:
+        assert client.stdout.readline() == "answered\n"
+        proxy.muted[0].set()
+        print(file=client.stdin, flush=True)
+        longest_s, end_s = 0.0, time.monotonic() + 60
+        while "cut off" not in server.log.read_text():
+            assert time.monotonic() < end_s
+            begin_s = time.monotonic()
+            step_both(here, far, 1)
+            longest_s = max(longest_s, time.monotonic() - begin_s)
+        assert longest_s < 5.0
+        step_both(here, far, 50)
+        assert server.end() == 0
+        client.kill()
+    far.close()
+
+
+@pytest.mark.parametrize("low_latency", ["on", "off"])
+def test_environments_go_on_to_the_bit_when_their_server_is_started_anew(low_latency):
+    server = Server("--allow-snapshot", f"--low-latency={low_latency}")
     here, far = pair(server, 4, resume=True, hash_every=2, attempt_s=0.3)
+    assert is_by_low_latency(far) == [low_latency == "on"]
     for _ in range(3):
         step_both(here, far, 15)
         server.end(signal.SIGKILL)
@@ -260,6 +350,7 @@ def test_environments_go_on_to_the_bit_when_their_server_is_started_anew(server)
     assert here.unwrapped.snapshot() == far.snapshot()
     assert far._core.resumed == 3
     far.close()
+    server.end()
 
 
 @pytest.mark.parametrize("how", [signal.SIGSTOP, signal.SIGKILL])

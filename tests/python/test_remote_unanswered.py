@@ -155,3 +155,21 @@ def test_a_call_of_another_thread_is_refused_and_disturbs_nothing(server):
         disturber.join()
     assert set(refused) == {"another call is in flight: an environment is for one thread at a time"}
     far.close()
+
+
+def test_whoever_closes_while_another_thread_waits_is_refused_and_that_one_goes_on(patient_server):
+    far = swath.remote.make_vec(ENV_ID, 2, connect=patient_server.endpoint)
+    far.reset(seed=1)
+    told, actions = [], np.zeros((2, 1), np.float32)
+    patient_server.process.send_signal(signal.SIGSTOP)
+    stepper = threading.Thread(target=lambda: told.append(far.step(actions)))
+    stepper.start()
+    time.sleep(0.1)
+    with pytest.raises(swath.RemoteError, match="another call is in flight"):
+        far._batch.close()
+    patient_server.process.send_signal(signal.SIGCONT)
+    stepper.join()
+    here = gym.make_vec(ENV_ID, num_envs=2)
+    here.reset(seed=1)
+    assert same(here.step(actions), told[0])
+    far.close()

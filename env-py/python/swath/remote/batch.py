@@ -10,6 +10,7 @@ import time
 import warnings
 import weakref
 from collections.abc import Iterable
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from swath import _native
@@ -19,7 +20,7 @@ from swath.remote.link import Link
 from swath.remote.session import checked_endpoint
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from typing import Any, TypeAlias
 
     import numpy as np
@@ -163,7 +164,7 @@ class RemoteBatch:
 
     @property
     def has_low_latency(self) -> bool:
-        """Whether the next step goes by low latency, on every server."""
+        """Whether the next step goes by the connection for low latency, on every server."""
         return all(link.has_low_latency for link in self._links)
 
     @property
@@ -226,16 +227,21 @@ class RemoteBatch:
         return self._call(self._core.retry, self._finish)
 
     def close(self, most_s: float = _CLOSE_S) -> None:
-        """Ends the sessions; a server that does not answer within so many seconds is left alone."""
-        if not self._links:
-            return
-        _open_batches.discard(self)
-        try:
-            self._call(self._core.begin_close, self._core.finish_close, most_s=most_s)
-        except Exception:
-            pass
-        finally:
-            self._leave()
+        """Ends the sessions; a server that does not answer within so many seconds is left alone.
+
+        Raises:
+            RemoteError: If another thread is in a call.
+        """
+        with self._turn_of_this_thread():
+            if not self._links:
+                return
+            _open_batches.discard(self)
+            try:
+                self._call(self._core.begin_close, self._core.finish_close, most_s=most_s)
+            except Exception:
+                pass
+            finally:
+                self._leave()
 
     def __reduce__(self) -> str:
         """Refuses to be pickled, and so does whatever holds it."""
@@ -254,11 +260,16 @@ class RemoteBatch:
 
     def _call(self, begin: Callable[[int], None], finish: Callable[[], Any], *, most_s: float = float("inf")) -> Any:  # noqa: ANN401
         """Begins a call, moves messages until every server has answered or is given up, and returns what it brought."""
+        with self._turn_of_this_thread():
+            return self._call_alone(begin, finish, most_s)
+
+    @contextmanager
+    def _turn_of_this_thread(self) -> Iterator[None]:
         if not self._turn.acquire(blocking=False):
             text = "another call is in flight: an environment is for one thread at a time"
             raise RemoteError(text)
         try:
-            return self._call_alone(begin, finish, most_s)
+            yield
         finally:
             self._turn.release()
 
@@ -369,7 +380,9 @@ def _close_all() -> None:
     end_s = time.monotonic() + _CLOSE_S
     for batch in list(_open_batches):
         if batch._pid == os.getpid():
-            batch.close(max(0.0, end_s - time.monotonic()))
+            # Whoever is still in a call then is not waited for.
+            with suppress(RemoteError):
+                batch.close(max(0.0, end_s - time.monotonic()))
 
 
 atexit.register(_close_all)

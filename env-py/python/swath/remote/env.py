@@ -54,7 +54,7 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
 
     @property
     def has_low_latency(self) -> bool:
-        """Whether the next step goes by the low-latency transport that its server offers."""
+        """Whether the next step goes by a connection of its own, as it does where the server offers low latency."""
         return self._core.has_low_latency
 
     @property

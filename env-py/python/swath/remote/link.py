@@ -6,6 +6,7 @@ No Python callback is given to Zenoh: with one, an interpreter that ends without
 from __future__ import annotations
 
 import ctypes
+import logging
 import os
 import re
 import time
@@ -39,6 +40,7 @@ _SHORT_BYTES = 32 << 10
 _AGAIN_S = 60.0
 _NAME = re.compile(r"[a-z0-9-]{1,64}")
 
+_log = logging.getLogger(__name__)
 _open_links: weakref.WeakSet[Link] = weakref.WeakSet()
 
 
@@ -95,7 +97,7 @@ class Link:
 
     @property
     def has_low_latency(self) -> bool:
-        """Whether the next step would go by low latency."""
+        """Whether the next step would go by the connection for low latency."""
         return self._low_latency is not None and time.monotonic() >= self._low_latency_from_s
 
     def use_low_latency(self, max_reply: int) -> None:
@@ -133,6 +135,7 @@ class Link:
 
     def leave_low_latency(self) -> None:
         """Asks the usual way for a while: a step was not answered."""
+        _log.info("a step at %s was not answered by low latency, and goes the usual way", self.endpoint)
         self._low_latency_from_s = time.monotonic() + _AGAIN_S
 
     def look(self) -> Callable[[], bool]:
@@ -218,11 +221,13 @@ class Answers:
 
     def _read(self, reply: zenoh.Reply) -> bytes | None:
         self.is_silent = False
-        if reply.ok is not None:
-            payload: bytes = reply.ok.payload.to_bytes()
-            return payload
-        self._miss()
-        return None
+        payload: bytes | None = reply.ok.payload.to_bytes() if reply.ok is not None else None
+        # Zenoh may have connected anew, to another server of the name behind the same address: only the way by which
+        # the session was opened can tell.
+        if payload is None or (self._by_low_latency and _native.knows_no_session(payload)):
+            self._miss()
+            return None
+        return payload
 
     def _end(self) -> None:
         self.is_over = True

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 __all__ = ["checked_endpoint", "opened", "settings"]
 
 _CONNECT_MS = 5000
+# Nobody waits long for the second connection, which may be done without.
+_SECOND_CONNECT_MS = 1000
 # As servers take them: without settings, which Zenoh would read behind `?` or `#`.
 _ENDPOINT = re.compile(r"(?:tcp|tls)/(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+):([0-9]{1,5})")
 _LARGEST_PORT = 65535
@@ -26,7 +28,13 @@ _MAX_MESSAGE_BYTES = (64 << 20) + (64 << 10)
 # What is not for others to set: where a client connects, and by which transport.
 _OWN = ("mode", "connect/endpoints", "transport/unicast/lowlatency", "transport/unicast/qos")
 # Whoever has it sends by itself, not by Zenoh's sending thread, in one connection and without priorities.
-_LOW_LATENCY: dict[str, object] = {"transport/unicast/qos/enabled": False, "transport/unicast/lowlatency": True}
+_LOW_LATENCY: dict[str, object] = {
+    "transport/unicast/qos/enabled": False,
+    "transport/unicast/lowlatency": True,
+    "connect/timeout_ms": _SECOND_CONNECT_MS,
+}
+# What only one session of a client can have, who it is and where it listens; and there is one size of its pieces.
+_OF_FIRST = ("id", "listen", "transport/link/tx/batch_size")
 
 # One thread of Zenoh's takes in what comes, one sends, and one looks after time-outs, which hold even where the first
 # is held up; by Zenoh's own count there are six, and a message wakes most of them. Where Zenoh looks for that, once in
@@ -63,8 +71,7 @@ def checked_endpoint(endpoint: object) -> tuple[str, int]:
 def settings(endpoint: str, further: dict[str, object] | None, *, low_latency: bool = False) -> zenoh.Config:
     """Returns the settings of a client, with further ones laid over them.
 
-    Those of a second session, of `low_latency`, leave out what only one session of a client can have: who it is, and
-    where it listens.
+    Those of a second session, of `low_latency`, leave out what only the first one of a client can have.
 
     Raises:
         ConfigError: If the endpoint is none, or Zenoh does not take a further setting.
@@ -83,7 +90,7 @@ def settings(endpoint: str, further: dict[str, object] | None, *, low_latency: b
         if isinstance(path, str) and (path.startswith(_OWN) or any(own.startswith(f"{path}/") for own in _OWN)):
             text = f"`zenoh` must leave {path!r} to swath, got {value!r}"
             raise ConfigError(text)
-        if low_latency and path.split("/")[0] in {"id", "listen"}:
+        if low_latency and path.startswith(_OF_FIRST):
             continue
         try:
             config.insert_json5(path, json.dumps(value))

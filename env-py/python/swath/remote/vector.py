@@ -28,7 +28,7 @@ class RemoteVectorEnv(MowerRoutingVectorEnv):
 
     @property
     def has_low_latency(self) -> bool:
-        """Whether the next step goes by the low-latency transport that its servers offer."""
+        """Whether the next step goes by connections of its own, as it does where all its servers offer low latency."""
         return self._remote.has_low_latency
 
     def retry(self) -> object:
