@@ -88,6 +88,7 @@ pub struct Stop {
 
 impl Stop {
     /// Ends it: no new sessions, running requests to their end. Returns whether it was told so for the first time.
+    #[must_use]
     pub fn stop(&self) -> bool {
         let is_first = !self.is_wanted.swap(true, Ordering::Relaxed);
         // Where there is no room for this, the server looks before long; one that has ended needs no telling.

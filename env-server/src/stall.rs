@@ -208,7 +208,7 @@ mod tests {
         };
         let fill = |served: &mut TcpStream| {
             served.set_nonblocking(true).unwrap();
-            while served.write(&[0; 1 << 16]).is_ok() {}
+            while served.write(&[0; 1 << 12]).is_ok() {}
         };
         let (listener, mut reads_nothing, mut full) = pair();
         let mut other = TcpStream::connect(listener.local_addr().unwrap()).unwrap();

@@ -19,6 +19,8 @@ use crate::common::{Client, batch, header};
 /// A client with an open session.
 pub(crate) struct Agent {
     client: Client,
+    /// By which steps go, until one is not answered.
+    low_latency: Option<Client>,
     clock: Clock,
     machine: ResumingSession,
     lease: Option<(u128, LivelinessToken)>,
@@ -52,8 +54,10 @@ impl Agent {
     ) -> Option<Result<Self, ClientError>> {
         let hash_every = resume.map_or(16, |resume| resume.hash_every);
         let open = Open { hash_every, ..batch(nonce, rows.into()) };
+        let client = Client::connect(endpoint, None).ok()?;
         let mut agent = Self {
-            client: Client::connect(endpoint, None).ok()?,
+            low_latency: client.by_low_latency(endpoint),
+            client,
             clock: Clock::start(),
             machine: ResumingSession::new(options, resume),
             lease: None,
@@ -143,7 +147,8 @@ impl Agent {
 
     fn send(&mut self, verb: Verb, message: &[u8], timeout_ms: u64) {
         let key = format!("swath/v1/default/rpc/{}", verb.name());
-        let query = self.client.session.get(key).payload(message);
+        let low_latency = self.low_latency.as_ref().filter(|_| verb == Verb::Step);
+        let query = low_latency.unwrap_or(&self.client).session.get(key).payload(message);
         let query = query.consolidation(ConsolidationMode::None);
         let mut is_silent = true;
         if let Ok(replies) = query.timeout(Duration::from_millis(timeout_ms)).wait() {
@@ -161,6 +166,7 @@ impl Agent {
         }
         if is_silent {
             self.machine.on_nothing(self.clock.now_ms());
+            self.low_latency = None;
         }
     }
 

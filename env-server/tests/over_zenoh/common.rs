@@ -181,6 +181,21 @@ impl Client {
     }
 
     pub(crate) fn connect(endpoint: &str, papers: Option<&Papers>) -> Result<Self, zenoh::Error> {
+        Self::connect_by(endpoint, papers, false)
+    }
+
+    /// One by low latency, if the server of this one offers that.
+    pub(crate) fn by_low_latency(&self, endpoint: &str) -> Option<Self> {
+        let offers = self.session.liveliness().get("swath/v1/default/low-latency/*");
+        let offers = offers.timeout(PATIENCE).wait().unwrap().into_iter().count();
+        (offers == 1).then(|| Self::connect_by(endpoint, None, true).ok())?
+    }
+
+    fn connect_by(
+        endpoint: &str,
+        papers: Option<&Papers>,
+        low_latency: bool,
+    ) -> Result<Self, zenoh::Error> {
         let mut tls = json!({});
         if let Some(Papers { ca, own }) = papers {
             tls = json!({ "root_ca_certificate": ca });
@@ -201,7 +216,10 @@ impl Client {
                 "retry": { "period_init_ms": 100, "period_max_ms": 500 },
             },
             "scouting": { "multicast": { "enabled": false }, "gossip": { "enabled": false } },
-            "transport": { "link": { "tls": tls, "tx": { "lease": lease_ms } } },
+            "transport": {
+                "link": { "tls": tls, "tx": { "lease": lease_ms } },
+                "unicast": { "lowlatency": low_latency, "qos": { "enabled": !low_latency } },
+            },
         });
         let session = zenoh::open(Config::from_json5(&config.to_string())?).wait()?;
         Ok(Self { session, server: "default".to_owned() })
