@@ -334,10 +334,13 @@ impl Options {
             }
         }
         if let Some(tls) = &self.access.tls {
-            for file in [&tls.ca, &tls.certificate, &tls.key] {
-                std::fs::File::open(file).map_err(|found| OptionsError::File {
-                    file: file.display().to_string(),
-                    text: found.to_string(),
+            for (field, file) in
+                [("tls_ca", &tls.ca), ("tls_certificate", &tls.certificate), ("tls_key", &tls.key)]
+            {
+                std::fs::File::open(file).map_err(|found| OptionsError::Value {
+                    field,
+                    expected: "a file in PEM".to_owned(),
+                    value: format!("{}: {found}", file.display()),
                 })?;
             }
         }
@@ -347,11 +350,26 @@ impl Options {
 
 #[cfg(test)]
 mod tests {
+    use clap::CommandFactory as _;
+
     use super::*;
 
     fn options(flags: &[&str]) -> Result<Options, String> {
         let flags = ["swath-server"].iter().chain(flags);
         Arguments::try_parse_from(flags).unwrap().check().map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn the_example_of_a_file_has_every_setting_at_its_default() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/server.toml");
+        assert_eq!(options(&["--config", path]), options(&[]));
+        let text = std::fs::read_to_string(path).unwrap();
+        for flag in Arguments::command().get_arguments().map(|flag| flag.get_id().as_str()) {
+            let is_there = text.lines().any(|line| {
+                line.trim_start_matches("# ").split_once(" = ").is_some_and(|set| set.0 == flag)
+            });
+            assert!(is_there || flag == "config", "{flag}");
+        }
     }
 
     #[test]

@@ -72,7 +72,7 @@ pub enum Fault {
         text: String,
     },
     /// A message, or what it would be answered with, is too large.
-    #[error("{size} bytes are more than the limit of {limit}")]
+    #[error("a message must have at most {limit} bytes, `max_msg` of the server, got {size}")]
     TooLarge {
         /// How large it is, bytes.
         size: u64,

@@ -227,6 +227,9 @@ def test_a_deadline_shorter_than_an_attempt_is_kept_and_so_is_the_second_of_a_cl
         ({"zenoh": 7}, "`zenoh` must be settings of Zenoh by their path, got 7"),
         ({"resume": True, "hash_every": 0}, "`hash_every` must be a whole number from 1 to 4294967295, got 0"),
         ({"attempt_s": 0}, "`attempt_s` must be from 0.001 to 86400 seconds, got 0"),
+        ({"attempt_s": True}, "`attempt_s` must be from 0.001 to 86400 seconds, got True"),
+        ({"resume": "yes"}, "`resume` must be True or False, got 'yes'"),
+        ({"infos": 1}, "`infos` must be True or False, got 1"),
     ],
 )
 def test_an_argument_that_cannot_be_used_is_named_with_its_value(server, arguments, text):

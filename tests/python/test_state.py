@@ -68,7 +68,7 @@ def test_a_snapshot_that_does_not_fit_is_refused_and_changes_nothing(env):
     snapshot = env.snapshot()
     other = make(weeds={"count": 3})
     other.reset(seed=4)
-    for wrong in (b"", b"nonsense", snapshot[:-1], snapshot + b"x", other.snapshot()):
+    for wrong in (b"", b"nonsense", snapshot[:-1], snapshot + b"x", other.snapshot(), None, "text"):
         with pytest.raises(swath.SnapshotError, match="`snapshot` must"):
             env.restore(wrong)
         assert env.snapshot() == snapshot

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from swath import _native
 from swath.errors import ClosedError
-from swath.options import weeds_of_one
+from swath.options import bytes_of, weeds_of_one
 from swath.rendering import RENDER_FPS, RENDER_SIZE, Screen, check_render_mode
 from swath.seeds import drawn_seed
 from swath.spaces import action_space, observation_space
@@ -354,4 +354,4 @@ class MowerRoutingEnv(gym.Env[Observation, Action]):
         Raises:
             SnapshotError: If they are damaged, or of another version or scenario; nothing has changed then.
         """
-        self.core.restore(snapshot)
+        self.core.restore(bytes_of(snapshot))

@@ -1,4 +1,4 @@
-"""What `reset` may be told."""
+"""What callers may say, checked."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import numpy.typing as npt
 
-from swath.errors import ConfigError
+from swath.errors import ConfigError, SnapshotError
 
-__all__ = ["mask_of", "weeds_of", "weeds_of_one"]
+__all__ = ["bytes_of", "flag", "mask_of", "weeds_of", "weeds_of_one"]
 
 
 def weeds_of(options: Mapping[str, object] | None, num_envs: int, *, others: Sequence[str] = ()) -> list[object]:
@@ -92,3 +92,27 @@ def _checked(options: Mapping[str, object] | None, known: Sequence[str]) -> Mapp
             text = f"`options` must hold nothing but {' and '.join(f'`{one}`' for one in known)}, got `{name}`"
             raise ConfigError(text)
     return options
+
+
+def flag(field: str, value: object) -> bool:
+    """Reads a switch.
+
+    Raises:
+        ConfigError: If it is neither True nor False.
+    """
+    if not isinstance(value, bool | np.bool_):
+        text = f"`{field}` must be True or False, got {value!r}"
+        raise ConfigError(text)
+    return bool(value)
+
+
+def bytes_of(snapshot: object) -> bytes:
+    """Reads a snapshot.
+
+    Raises:
+        SnapshotError: If it is not bytes.
+    """
+    if not isinstance(snapshot, bytes):
+        text = f"`snapshot` must be the bytes that `snapshot` returned, got {snapshot!r}"
+        raise SnapshotError(text)
+    return snapshot

@@ -17,7 +17,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from swath import _native
 from swath.errors import ClosedError, ConfigError
 from swath.evaluation.study import whole
-from swath.options import weeds_of
+from swath.options import bytes_of, weeds_of
 from swath.remote.batch import RemoteBatch
 from swath.rendering import RENDER_FPS
 from swath.seeds import LARGEST_SEED, drawn_seed
@@ -86,7 +86,7 @@ class RowEnv:
 
     def restore(self, snapshot: bytes) -> None:
         """Puts back what `snapshot` returned; the statistics of the episode begin anew."""
-        self._batch.restore(snapshot, self._row)
+        self._batch.restore(bytes_of(snapshot), self._row)
 
     def has_wrapper_attr(self, name: str) -> bool:
         """Tells whether there is an attribute, as on any environment of Gymnasium."""

@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 
 from swath import _native
 from swath.errors import ClosedError, ConfigError
-from swath.options import mask_of, weeds_of
+from swath.options import bytes_of, mask_of, weeds_of
 from swath.rendering import RENDER_FPS, RENDER_SIZE, check_render_mode
 from swath.seeds import drawn_seed
 from swath.spaces import action_space, observation_space
@@ -242,7 +242,7 @@ class MowerRoutingVectorEnv(VectorEnv["Observations", "npt.ArrayLike", "npt.NDAr
             SnapshotError: If they are damaged, or of another version, scenario or number of environments; nothing has
                 changed then.
         """
-        self._core.restore(snapshot, _row(row, self.num_envs))
+        self._core.restore(bytes_of(snapshot), _row(row, self.num_envs))
 
 
 def checked_count(field: str, count: SupportsIndex, most: int) -> int:

@@ -177,5 +177,5 @@ fn files_of_certificates_that_are_not_there_are_named() {
     let flags = [&["--listen", "tls/0.0.0.0:0", "--allow-cn", "robot"][..], &files].concat();
     let (status, text) = refusal(&flags);
     assert_eq!((status, text.lines().count()), (Some(2), 1), "{text}");
-    assert!(text.contains("`no/ca.pem`: No such file"), "{text}");
+    assert!(text.contains("`tls_ca` must be a file in PEM, got no/ca.pem: No such file"), "{text}");
 }

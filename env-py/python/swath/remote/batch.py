@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from swath import _native
 from swath.errors import ConfigError, RemoteError, RemoteTimeout
 from swath.evaluation.study import whole
+from swath.options import bytes_of, flag
 from swath.remote.link import Link
 from swath.remote.session import checked_endpoint
 
@@ -87,6 +88,7 @@ class RemoteBatch:
         if not isinstance(client, str):
             text = f"`client` must be at most 64 printable characters, got {client!r}"
             raise ConfigError(text)
+        infos, copy, resume = flag("infos", infos), flag("copy", copy), flag("resume", resume)
         if percept and not infos:
             text = "`infos` must be True with `percept`: mowed weeds are counted from the reward, got False"
             raise ConfigError(text)
@@ -215,7 +217,8 @@ class RemoteBatch:
 
     def restore(self, snapshot: bytes, row: int | None = None) -> None:
         """Puts back what `snapshot` returned."""
-        self._call(lambda now_ms: self._core.begin_restore(now_ms, snapshot, row), self._core.finish_restore)
+        checked = bytes_of(snapshot)
+        self._call(lambda now_ms: self._core.begin_restore(now_ms, checked, row), self._core.finish_restore)
 
     def retry(self) -> object:
         """Asks once more for what was not answered in time, and returns what that call would have returned.
@@ -389,7 +392,7 @@ atexit.register(_close_all)
 
 
 def _ms(field: str, seconds: float) -> int:
-    if not (isinstance(seconds, int | float) and 0.001 <= seconds <= 86_400):
+    if isinstance(seconds, bool) or not (isinstance(seconds, int | float) and 0.001 <= seconds <= 86_400):
         text = f"`{field}` must be from 0.001 to 86400 seconds, got {seconds!r}"
         raise ConfigError(text)
     return round(1000 * seconds)
