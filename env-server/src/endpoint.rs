@@ -73,8 +73,17 @@ impl Endpoint {
         if self.port != 0 {
             return Ok(self);
         }
+        self.with_port_of_its_own()
+    }
+
+    /// The same with another port, which is free just now.
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::with_port`].
+    pub fn with_port_of_its_own(&self) -> Result<Self, std::io::Error> {
         let port = TcpListener::bind(format!("{}:0", self.host))?.local_addr()?.port();
-        Ok(Self { port, ..self })
+        Ok(Self { port, ..self.clone() })
     }
 }
 

@@ -29,9 +29,18 @@ pub struct Front {
     session: Session,
     _queryables: Vec<Queryable<()>>,
     _alive: LivelinessToken,
-    _low_latency: Option<LivelinessToken>,
+    low_latency: Option<LowLatency>,
     waiting: Arc<AtomicUsize>,
+    most: usize,
     leases: Arc<Mutex<Vec<(u128, bool)>>>,
+}
+
+/// Another session of Zenoh, by its low-latency transport, at which steps are asked for.
+struct LowLatency {
+    session: Session,
+    _steps: Queryable<()>,
+    /// Shown by both sessions, so that clients find it and know what they have found.
+    _tokens: [LivelinessToken; 2],
 }
 
 /// Why a server could not begin.
@@ -69,13 +78,14 @@ const ATTEMPTS: u32 = 5;
 /// How long one server's sign of life may take to another one: of two that start at once and are further apart than this,
 /// both stay, and their clients say so.
 const ON_THE_WAY: Duration = Duration::from_millis(100);
+/// How long the end of the low-latency transport is waited for: clients see it all the same when the process ends.
+const CLOSE: Duration = Duration::from_secs(2);
 /// After such a try, 0 to 255 times this long.
 const STEP_BACK: Duration = Duration::from_millis(4);
 
 impl Front {
     /// Declares the keys of the server `name`, which nobody else may have, here or where `to_ask` leads; what arrives at
-    /// them goes to `events`, as long as not more than `most` bytes wait there. With `low_latency` clients are shown that
-    /// they may have Zenoh's low-latency transport.
+    /// them goes to `events`, as long as not more than `most` bytes wait there.
     ///
     /// # Errors
     ///
@@ -85,7 +95,6 @@ impl Front {
         to_ask: Option<Config>,
         name: &str,
         boot_id: u128,
-        low_latency: bool,
         most: usize,
         events: &SyncSender<E>,
     ) -> Result<Self, FrontError> {
@@ -114,39 +123,41 @@ impl Front {
             .background()
             .wait()?;
         let waiting = Arc::new(AtomicUsize::new(0));
-        let mut queryables = Vec::new();
-        for verb in Verb::ALL {
-            // A client of another version finds out which one is spoken here.
-            let version = if verb == Verb::Spec { "*" } else { "v1" };
-            let key = format!("swath/{version}/{name}/rpc/{}", verb.name());
-            let (into, waiting) = (events.clone(), Arc::clone(&waiting));
-            let callback = move |query: Query| {
-                // One that is meant for many reaches no environment.
-                if query.key_expr().is_wild() {
-                    return;
-                }
-                let bytes = length(&query);
-                let is_room = waiting.fetch_add(bytes, Ordering::Relaxed) + bytes <= most;
-                let arrival = Arrival::Query(Box::new(query), verb);
-                if !is_room || into.try_send(arrival.into()).is_err() {
-                    waiting.fetch_sub(bytes, Ordering::Relaxed);
-                }
-            };
-            let queryable =
-                session.declare_queryable(key).complete(true).callback(callback).wait()?;
-            queryables.push(queryable);
-        }
-        let offer = format!("swath/v1/{name}/low-latency/{boot_id:032x}");
-        let offer = || session.liveliness().declare_token(offer).wait();
-        let low_latency = low_latency.then(offer).transpose()?;
+        let declare = |verb| declare(&session, name, verb, &waiting, most, events);
+        let queryables = Verb::ALL.into_iter().map(declare).collect::<Result<_, _>>()?;
+        let low_latency = None;
         Ok(Self {
             session,
             _queryables: queryables,
             _alive: alive,
-            _low_latency: low_latency,
+            low_latency,
             waiting,
+            most,
             leases,
         })
+    }
+
+    /// Lets clients of the server `name` have Zenoh's low-latency transport, by a session of these settings that listens at
+    /// a port of its own.
+    ///
+    /// # Errors
+    ///
+    /// [`FrontError`] of Zenoh's.
+    pub fn offer_low_latency<E: From<Arrival> + Send + 'static>(
+        &mut self,
+        config: Config,
+        name: &str,
+        boot_id: u128,
+        port: u16,
+        events: &SyncSender<E>,
+    ) -> Result<(), FrontError> {
+        let session = zenoh::open(config).wait()?;
+        let steps = declare(&session, name, Verb::Step, &self.waiting, self.most, events)?;
+        let key = format!("swath/v1/{name}/low-latency/{boot_id:032x}/{port}");
+        let show = |session: &Session| session.liveliness().declare_token(key.as_str()).wait();
+        let tokens = [show(&session)?, show(&self.session)?];
+        self.low_latency = Some(LowLatency { session, _steps: steps, _tokens: tokens });
+        Ok(())
     }
 
     /// A query does not wait any longer.
@@ -172,8 +183,43 @@ impl Front {
     ///
     /// [`FrontError`] of Zenoh's.
     pub fn close(self) -> Result<(), FrontError> {
+        if let Some(LowLatency { session, .. }) = self.low_latency {
+            let (ending, ended) = std::sync::mpsc::channel();
+            std::thread::spawn(move || ending.send(session.close().wait()));
+            if !matches!(ended.recv_timeout(CLOSE), Ok(Ok(()))) {
+                tracing::warn!("low latency did not end in time");
+            }
+        }
         Ok(self.session.close().wait()?)
     }
+}
+
+/// Declares the key of one verb; what arrives there goes to `events`, as long as not more than `most` bytes are `waiting`.
+fn declare<E: From<Arrival> + Send + 'static>(
+    session: &Session,
+    name: &str,
+    verb: Verb,
+    waiting: &Arc<AtomicUsize>,
+    most: usize,
+    events: &SyncSender<E>,
+) -> Result<Queryable<()>, FrontError> {
+    // A client of another version finds out which one is spoken here.
+    let version = if verb == Verb::Spec { "*" } else { "v1" };
+    let key = format!("swath/{version}/{name}/rpc/{}", verb.name());
+    let (into, waiting) = (events.clone(), Arc::clone(waiting));
+    let callback = move |query: Query| {
+        // One that is meant for many reaches no environment.
+        if query.key_expr().is_wild() {
+            return;
+        }
+        let bytes = length(&query);
+        let is_room = waiting.fetch_add(bytes, Ordering::Relaxed) + bytes <= most;
+        let arrival = Arrival::Query(Box::new(query), verb);
+        if !is_room || into.try_send(arrival.into()).is_err() {
+            waiting.fetch_sub(bytes, Ordering::Relaxed);
+        }
+    };
+    Ok(session.declare_queryable(key).complete(true).callback(callback).wait()?)
 }
 
 /// Shows that a server of this name is alive, unless there is another one.

@@ -3,13 +3,18 @@
 use std::io::{IsTerminal as _, Write as _};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::Parser as _;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use swath_server::clock::Clock;
 use swath_server::options::Arguments;
 use swath_server::server::Server;
 use swath_server::settings::{THREADS, THREADS_VARIABLE};
 use tracing_subscriber::EnvFilter;
+
+/// After so long, another signal to end is another wish.
+const AGAIN: Duration = Duration::from_secs(1);
 
 fn main() -> ExitCode {
     if std::env::var_os(THREADS_VARIABLE).is_none() {
@@ -72,9 +77,11 @@ fn serve(arguments: Arguments) -> Result<(), String> {
         format!("`{THREADS_VARIABLE}` must be threads as Zenoh reads them, got {threads:?}")
     })?;
     let (server, stop) = opened.map_err(|error| error.to_string())?;
+    let mut first = None;
     let on_signal = move || {
-        // Whoever says it twice does not want to wait for anything.
-        if !stop.stop() {
+        stop.stop();
+        // Whoever says it again after a while does not want to wait for anything; some say it twice at once.
+        if first.get_or_insert_with(Clock::start).elapsed() > AGAIN {
             std::process::exit(1);
         }
     };

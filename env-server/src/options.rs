@@ -76,8 +76,8 @@ pub struct Arguments {
     /// Lets clients have the state as bytes, in which weeds stand that nobody has seen
     #[arg(long)]
     pub allow_snapshot: bool,
-    /// Whether steps of few environments, of at most 32 KiB, are answered sooner, by Zenoh's low-latency transport; not with
-    /// `--connect` nor over TLS [default: on where only this machine can connect]
+    /// Whether steps of few environments, of at most 32 KiB, are answered sooner, by Zenoh's low-latency transport, at
+    /// another port: only where this listens at tcp/ and a number of the loopback, without `--connect` [default: on there]
     #[arg(long, value_name = "on|off", num_args = 0..=1, require_equals = true,
         default_missing_value = "on", value_parser = switch)]
     pub low_latency: Option<bool>,
@@ -279,17 +279,14 @@ fn endpoint(field: &'static str, text: &str) -> Result<Endpoint, OptionsError> {
 }
 
 impl Options {
-    /// With or without low latency, as it is wished for; else with it where only this machine can connect and nothing is in
-    /// its way.
+    /// With or without low latency, as it is wished for; else with it where nothing is in its way.
     fn with_low_latency(self, wish: Option<bool>) -> Result<Self, OptionsError> {
-        // A router of that kind would be sent more than it takes; Zenoh 1.10 panics where both ends close a connection of that
-        // kind over TLS.
         let obstacle = [
-            (!self.connect.is_empty(), "off with `connect`, since routers do not have it"),
             (
-                self.listen.is_tls(),
-                "off where `listen` is tls/..., since Zenoh does not end it well",
+                self.listen.is_tls() || !self.listen.is_loopback(),
+                "off where `listen` is not tcp/ and a number of the loopback",
             ),
+            (!self.connect.is_empty(), "off with `connect`, since routers do not have it"),
             (
                 !stall::can_be_watched(),
                 "off where there is no /proc as Linux has it, since nobody sees which client reads nothing",
@@ -300,8 +297,7 @@ impl Options {
             let expected = (*expected).to_owned();
             return Err(OptionsError::Value { field: "low_latency", expected, value: "on".into() });
         }
-        let by_default = self.listen.is_loopback() && obstacle.is_none();
-        Ok(Self { low_latency: wish.unwrap_or(by_default), ..self })
+        Ok(Self { low_latency: wish.unwrap_or(obstacle.is_none()), ..self })
     }
 
     fn check(self) -> Result<Self, OptionsError> {
@@ -394,7 +390,7 @@ mod tests {
             (&["--low-latency=off"], "low_latency = true", false),
             (&[], "low_latency = false", false),
             (&["--low-latency"], "low_latency = false", true),
-            (&["--low-latency=on", "--listen", "tcp/0.0.0.0:1", "--insecure"], "", true),
+            (&["--low-latency=on", "--listen", "tcp/127.0.0.2:1"], "", true),
         ] {
             if can || !expected {
                 assert_eq!(has(flags, in_file), expected, "{flags:?} {in_file}");

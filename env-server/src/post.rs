@@ -4,7 +4,7 @@
 //! its query is dropped. Short replies to sessions find room and leave at once, as long as nothing waits: who has several
 //! sessions has one connection for all of them, and whose a question without a session is, nobody knows. What else there
 //! is leaves from threads of their own. A session has one thread at a time, and so has each of the lanes for those without
-//! one; there is a thread for each of them that has something to send: a client holds up nobody else's session for long.
+//! one; there is a thread for each of them that has something to send: a client holds up nobody else's session.
 
 mod desk;
 
@@ -17,7 +17,6 @@ use zenoh::query::Query;
 
 use self::desk::{Desk, Letter};
 use crate::front;
-use crate::stall::{Patience, Watch};
 
 /// Longer replies leave from threads of their own, bytes.
 const SHORT: usize = 32 << 10;
@@ -35,15 +34,14 @@ pub struct Post {
 struct Office {
     desk: Mutex<Desk<Box<Query>>>,
     has_work: Condvar,
-    watch: Watch,
 }
 
 impl Post {
     /// A post at which not more than `most` bytes wait.
     #[must_use]
-    pub fn new(most: usize, watch: Watch) -> Self {
+    pub fn new(most: usize) -> Self {
         let desk = Mutex::new(Desk::new(most));
-        let office = Arc::new(Office { desk, has_work: Condvar::new(), watch });
+        let office = Arc::new(Office { desk, has_work: Condvar::new() });
         Self { office, senders: Vec::new() }
     }
 
@@ -63,10 +61,7 @@ impl Post {
     ) {
         let is_quick = just_done && session.is_some() && message.len() <= SHORT;
         if is_quick && self.office.desk().is_empty() {
-            let _sending = self.office.watch.sending(Patience::OfAll);
-            reply(&query, message);
-            drop(query);
-            return;
+            return reply(&query, message);
         }
         self.hand_over(session, query, Some(message));
     }
@@ -127,12 +122,10 @@ impl Office {
                 continue;
             };
             drop(desk);
-            let sending = self.watch.sending(Patience::OfSession);
             if let Some(Letter { query, reply: Some(message), .. }) = &letter {
                 reply(query, message.clone());
             }
             drop(letter);
-            drop(sending);
             desk = self.desk();
             desk.done(lane);
         }

@@ -21,8 +21,8 @@ use crate::front::{Arrival, Front, FrontError};
 use crate::memory::{self, Leftovers};
 use crate::options::Options;
 use crate::post::Post;
-use crate::settings::{settings, settings_to_ask};
-use crate::stall::{Patience, Watch};
+use crate::settings::{settings, settings_of_low_latency, settings_to_ask};
+use crate::stall::Watch;
 use crate::worker::{Done, Resting, Task, Workers};
 
 /// What may wait to be looked at: more is dropped, and asked again.
@@ -64,7 +64,7 @@ pub struct Server {
     listen: Endpoint,
     front: Front,
     post: Post,
-    watch: Watch,
+    _watch: Option<Watch>,
     sessions: ServerSessions,
     events: Receiver<Event>,
     workers: Workers,
@@ -87,13 +87,11 @@ pub struct Stop {
 }
 
 impl Stop {
-    /// Ends it: no new sessions, running requests to their end. Returns whether it was told so for the first time.
-    #[must_use]
-    pub fn stop(&self) -> bool {
-        let is_first = !self.is_wanted.swap(true, Ordering::Relaxed);
+    /// Ends it: no new sessions, running requests to their end.
+    pub fn stop(&self) {
+        self.is_wanted.store(true, Ordering::Relaxed);
         // Where there is no room for this, the server looks before long; one that has ended needs no telling.
         let _ = self.events.try_send(Event::Stop);
-        is_first
     }
 }
 
@@ -121,13 +119,16 @@ impl Server {
             options.listen.with_port().map_err(|error| FrontError::Zenoh(error.to_string()))?;
         let (config, most) = (settings(&options)?, options.max_waiting);
         let to_ask = settings_to_ask(&options)?;
-        let low_latency = options.low_latency;
-        let front =
-            Front::open(config, to_ask, &options.name, boot_id, low_latency, most, &events_in)?;
-        let watch = Watch::default();
-        if low_latency {
-            watch.start(&options.listen).map_err(|error| FrontError::Zenoh(error.to_string()))?;
-            tracing::info!("low latency is offered");
+        let mut front = Front::open(config, to_ask, &options.name, boot_id, most, &events_in)?;
+        let mut watch = None;
+        if options.low_latency {
+            let listen = options.listen.with_port_of_its_own();
+            let listen = listen.map_err(|error| FrontError::Zenoh(error.to_string()))?;
+            let config = settings_of_low_latency(&options, &listen)?;
+            front.offer_low_latency(config, &options.name, boot_id, listen.port(), &events_in)?;
+            let started = Watch::start(&listen);
+            watch = Some(started.map_err(|error| FrontError::Zenoh(error.to_string()))?);
+            tracing::info!(%listen, "low latency is offered");
         }
         let room = Room::new(options.bounds, options.all_bounds);
         let workers = Workers::start(options.workers, options.limits, &room, &events_in);
@@ -151,8 +152,8 @@ impl Server {
             clock: Clock::start(),
             listen: options.listen,
             front,
-            post: Post::new(most, watch.clone()),
-            watch,
+            post: Post::new(most),
+            _watch: watch,
             sessions,
             events,
             workers,
@@ -227,7 +228,6 @@ impl Server {
             }
         }
         self.workers.end();
-        let _sending = self.watch.sending(Patience::OfAll);
         self.post.close();
         self.front.close()?;
         tracing::info!("stopped");

@@ -11,7 +11,7 @@ const WAITING_PIECES: usize = 16;
 /// Longer than what Zenoh adds to a message.
 const MESSAGE_SLACK: u32 = 64 << 10;
 
-/// Connections of those who have no session, at most; who has one may have two.
+/// Connections of those who have no session, at most.
 const CONNECTIONS: u64 = 1000;
 
 /// The threads that read also notice what there is to read, and accept connections: by Zenoh's own count others do, which
@@ -44,6 +44,23 @@ pub fn settings_to_ask(options: &Options) -> Result<Option<Config>, zenoh::Error
     all["listen"] = json!({});
     all["access_control"] = json!({ "enabled": false });
     Config::from_json5(&all.to_string()).map(Some)
+}
+
+/// Settings for the low-latency transport, at an endpoint of its own that only this machine can reach.
+///
+/// # Errors
+///
+/// Zenoh's own, if it does not take them.
+pub fn settings_of_low_latency(
+    options: &Options,
+    listen: &Endpoint,
+) -> Result<Config, zenoh::Error> {
+    let mut all = all(options);
+    all["listen"]["endpoints"] = json!([listen.to_string()]);
+    // Zenoh takes only one of the two.
+    all["transport"]["unicast"]["lowlatency"] = true.into();
+    all["transport"]["unicast"]["qos"] = json!({ "enabled": false });
+    Config::from_json5(&all.to_string())
 }
 
 fn all(options: &Options) -> Value {
@@ -82,11 +99,7 @@ fn all(options: &Options) -> Value {
         "transport": {
             "link": link,
             "unicast": {
-                "max_sessions": CONNECTIONS + 2 * u64::from(options.limits.max_sessions),
-                // Zenoh takes only one of the two; whoever asks for no low latency has the usual transport, then without
-                // priorities.
-                "lowlatency": options.low_latency,
-                "qos": { "enabled": !options.low_latency },
+                "max_sessions": CONNECTIONS + u64::from(options.limits.max_sessions),
             },
         },
         "access_control": access_control(options),

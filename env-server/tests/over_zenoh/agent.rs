@@ -56,7 +56,7 @@ impl Agent {
         let open = Open { hash_every, ..batch(nonce, rows.into()) };
         let client = Client::connect(endpoint, None).ok()?;
         let mut agent = Self {
-            low_latency: client.by_low_latency(endpoint),
+            low_latency: client.by_low_latency(),
             client,
             clock: Clock::start(),
             machine: ResumingSession::new(options, resume),
@@ -155,12 +155,12 @@ impl Agent {
             for reply in replies {
                 is_silent = false;
                 let now_ms = self.clock.now_ms();
-                match reply.result() {
-                    Ok(sample) => {
-                        let message = sample.payload().to_bytes().into_owned();
-                        self.machine.on_reply(now_ms, message.into());
-                    }
-                    Err(_) => self.machine.on_timeout(now_ms),
+                if let Ok(sample) = reply.result() {
+                    let message = sample.payload().to_bytes().into_owned();
+                    self.machine.on_reply(now_ms, message.into());
+                } else {
+                    self.machine.on_timeout(now_ms);
+                    self.low_latency = None;
                 }
             }
         }

@@ -185,10 +185,11 @@ impl Client {
     }
 
     /// One by low latency, if the server of this one offers that.
-    pub(crate) fn by_low_latency(&self, endpoint: &str) -> Option<Self> {
-        let offers = self.session.liveliness().get("swath/v1/default/low-latency/*");
-        let offers = offers.timeout(PATIENCE).wait().unwrap().into_iter().count();
-        (offers == 1).then(|| Self::connect_by(endpoint, None, true).ok())?
+    pub(crate) fn by_low_latency(&self) -> Option<Self> {
+        let offers = self.session.liveliness().get("swath/v1/default/low-latency/*/*");
+        let offer = offers.timeout(PATIENCE).wait().unwrap().into_iter().next()?;
+        let port = offer.result().ok()?.key_expr().rsplit_once('/')?.1.to_owned();
+        Self::connect_by(&format!("tcp/127.0.0.1:{port}"), None, true).ok()
     }
 
     fn connect_by(

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from swath import _native
 from swath.errors import ConfigError, RemoteError
 from swath.extras import need
-from swath.remote.session import opened, settings
+from swath.remote.session import is_of_this_machine, opened, settings
 from swath.remote.way import Way
 
 if TYPE_CHECKING:
@@ -34,7 +34,7 @@ _LOOK_S = 1.0
 _AWAKE_S = 0.01
 _TAKEN_S = 0.0002
 # Zenoh's low-latency transport takes no message of 64 KiB, and a server that answers by it waits until there is room on
-# the way: for so much there is, though nobody reads.
+# the way, but cuts off whoever leaves none: for so much there is, though nobody reads for a while.
 _SHORT_BYTES = 32 << 10
 # So long after a step that was not answered by low latency, all go the usual way.
 _AGAIN_S = 60.0
@@ -108,22 +108,27 @@ class Link:
         Args:
             max_reply: Longest reply that a step can have, bytes.
         """
-        if max_reply > _SHORT_BYTES:
+        if max_reply > _SHORT_BYTES or not is_of_this_machine(self.endpoint):
             return
-        offers = _tokens(self._usual.session, f"{self._prefix}/low-latency/*")
+        offers = _tokens(self._usual.session, f"{self._prefix}/low-latency/*/*")
         if len(offers) != 1:
             return
-        config = settings(self.endpoint, self._zenoh, low_latency=True)
+        offer = offers[0]
+        endpoint = self.low_latency_endpoint(int(offer.rpartition("/")[2]))
         try:
-            session = opened(config, self.endpoint)
+            session = opened(settings(endpoint, self._zenoh, low_latency=True), endpoint)
         except RemoteError:
             # The usual way is there.
             return
-        # Behind one address there may be several servers of the name.
-        if _tokens(session, offers[0]) == offers:
+        # Whoever is at that port may be another one.
+        if _tokens(session, offer) == offers:
             self._low_latency = Way(session, self._prefix, ("step",), self._timeout_s)
         else:
             session.close()
+
+    def low_latency_endpoint(self, port: int) -> str:
+        """Returns where the server that is at our endpoint has its low-latency transport."""
+        return f"{self.endpoint.rpartition(':')[0]}:{port}"
 
     def ask(self, verb: str, message: bytes, timeout_s: float | None = None) -> Answers:
         """Sends a message; its answers arrive meanwhile, for at most so many seconds, or the usual ones."""
@@ -222,8 +227,8 @@ class Answers:
     def _read(self, reply: zenoh.Reply) -> bytes | None:
         self.is_silent = False
         payload: bytes | None = reply.ok.payload.to_bytes() if reply.ok is not None else None
-        # Zenoh may have connected anew, to another server of the name behind the same address: only the way by which
-        # the session was opened can tell.
+        # Zenoh may have connected anew, to another server at the same port: only the way by which the session was
+        # opened can tell.
         if payload is None or (self._by_low_latency and _native.knows_no_session(payload)):
             self._miss()
             return None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import json
 import os
 import re
@@ -13,7 +14,7 @@ from swath.errors import ConfigError, RemoteError
 if TYPE_CHECKING:
     import zenoh
 
-__all__ = ["checked_endpoint", "opened", "settings"]
+__all__ = ["checked_endpoint", "is_of_this_machine", "opened", "settings"]
 
 _CONNECT_MS = 5000
 # Nobody waits long for the second connection, which may be done without.
@@ -27,14 +28,15 @@ _READ_BYTES = 1 << 20
 _MAX_MESSAGE_BYTES = (64 << 20) + (64 << 10)
 # What is not for others to set: where a client connects, and by which transport.
 _OWN = ("mode", "connect/endpoints", "transport/unicast/lowlatency", "transport/unicast/qos")
-# Whoever has it sends by itself, not by Zenoh's sending thread, in one connection and without priorities.
+# Whoever has it sends by itself, not by Zenoh's sending thread, in one connection and without priorities. A second
+# session of a client has no place to listen of its own, and may send all that it sends in one piece.
 _LOW_LATENCY: dict[str, object] = {
     "transport/unicast/qos/enabled": False,
     "transport/unicast/lowlatency": True,
+    "transport/link/tx/batch_size": 65535,
+    "listen/endpoints": [],
     "connect/timeout_ms": _SECOND_CONNECT_MS,
 }
-# What only one session of a client can have, who it is and where it listens; and there is one size of its pieces.
-_OF_FIRST = ("id", "listen", "transport/link/tx/batch_size")
 
 # One thread of Zenoh's takes in what comes, one sends, and one looks after time-outs, which hold even where the first
 # is held up; by Zenoh's own count there are six, and a message wakes most of them. Where Zenoh looks for that, once in
@@ -68,10 +70,20 @@ def checked_endpoint(endpoint: object) -> tuple[str, int]:
     return found[1].strip("[]"), int(found[2])
 
 
+def is_of_this_machine(endpoint: str) -> bool:
+    """Tells whether an endpoint is spoken to plainly, at a number of the loopback."""
+    host, _ = checked_endpoint(endpoint)
+    try:
+        return endpoint.startswith("tcp/") and ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
 def settings(endpoint: str, further: dict[str, object] | None, *, low_latency: bool = False) -> zenoh.Config:
     """Returns the settings of a client, with further ones laid over them.
 
-    Those of a second session, of `low_latency`, leave out what only the first one of a client can have.
+    Those of a second session, of `low_latency`, leave out what only the first one of a client can have: who it is, and
+    where it listens.
 
     Raises:
         ConfigError: If the endpoint is none, or Zenoh does not take a further setting.
@@ -90,7 +102,7 @@ def settings(endpoint: str, further: dict[str, object] | None, *, low_latency: b
         if isinstance(path, str) and (path.startswith(_OWN) or any(own.startswith(f"{path}/") for own in _OWN)):
             text = f"`zenoh` must leave {path!r} to swath, got {value!r}"
             raise ConfigError(text)
-        if low_latency and path.startswith(_OF_FIRST):
+        if low_latency and path == "id":
             continue
         try:
             config.insert_json5(path, json.dumps(value))
