@@ -188,6 +188,9 @@ impl Front {
             std::thread::spawn(move || ending.send(session.close().wait()));
             if !matches!(ended.recv_timeout(CLOSE), Ok(Ok(()))) {
                 tracing::warn!("low latency did not end in time");
+                // Nor would the rest: it ends with the process.
+                std::mem::forget(self.session);
+                return Ok(());
             }
         }
         Ok(self.session.close().wait()?)

@@ -106,6 +106,22 @@ fn short(id: u128) -> String {
     format!("{:08x}", id >> 96)
 }
 
+/// Offers low latency at a port of its own, over which somebody watches.
+fn offer(
+    front: &mut Front,
+    options: &Options,
+    boot_id: u128,
+    events: &SyncSender<Event>,
+) -> Result<Watch, FrontError> {
+    let system = |error: std::io::Error| FrontError::Zenoh(error.to_string());
+    let listen = options.listen.with_port_of_its_own().map_err(system)?;
+    let config = settings_of_low_latency(options, &listen)?;
+    let watch = Watch::start(&listen).map_err(system)?;
+    front.offer_low_latency(config, &options.name, boot_id, listen.port(), events)?;
+    tracing::info!(%listen, "low latency is offered");
+    Ok(watch)
+}
+
 impl Server {
     /// A server that listens.
     ///
@@ -120,16 +136,15 @@ impl Server {
         let (config, most) = (settings(&options)?, options.max_waiting);
         let to_ask = settings_to_ask(&options)?;
         let mut front = Front::open(config, to_ask, &options.name, boot_id, most, &events_in)?;
-        let mut watch = None;
-        if options.low_latency {
-            let listen = options.listen.with_port_of_its_own();
-            let listen = listen.map_err(|error| FrontError::Zenoh(error.to_string()))?;
-            let config = settings_of_low_latency(&options, &listen)?;
-            front.offer_low_latency(config, &options.name, boot_id, listen.port(), &events_in)?;
-            let started = Watch::start(&listen);
-            watch = Some(started.map_err(|error| FrontError::Zenoh(error.to_string()))?);
-            tracing::info!(%listen, "low latency is offered");
-        }
+        let offered = options.low_latency.then(|| offer(&mut front, &options, boot_id, &events_in));
+        let watch = match offered {
+            Some(Ok(watch)) => Some(watch),
+            Some(Err(error)) => {
+                tracing::warn!(%error, "low latency is not offered");
+                None
+            }
+            None => None,
+        };
         let room = Room::new(options.bounds, options.all_bounds);
         let workers = Workers::start(options.workers, options.limits, &room, &events_in);
         let schema = serde_json::to_string(&config::schema()).expect("a schema is JSON");

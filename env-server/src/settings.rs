@@ -13,6 +13,9 @@ const MESSAGE_SLACK: u32 = 64 << 10;
 
 /// Connections of those who have no session, at most.
 const CONNECTIONS: u64 = 1000;
+/// By low latency, at most; others go the usual way. Each may hold a thread of Zenoh's until it is cut off, and with all 50
+/// of those that read nobody would be read any more.
+const LOW_LATENCY_CONNECTIONS: u64 = 32;
 
 /// The threads that read also notice what there is to read, and accept connections: by Zenoh's own count others do, which
 /// wake them. Time-outs stay with a thread of their own, since they may have to wait for clients that do not read.
@@ -60,6 +63,7 @@ pub fn settings_of_low_latency(
     // Zenoh takes only one of the two.
     all["transport"]["unicast"]["lowlatency"] = true.into();
     all["transport"]["unicast"]["qos"] = json!({ "enabled": false });
+    all["transport"]["unicast"]["max_sessions"] = LOW_LATENCY_CONNECTIONS.into();
     Config::from_json5(&all.to_string())
 }
 

@@ -40,11 +40,13 @@ impl Watch {
         let is_wanted = Arc::new(());
         let (wanted, port) = (Arc::downgrade(&is_wanted), listen.port());
         std::thread::Builder::new().name("swath-watch".to_owned()).spawn(move || {
-            let mut looks = Looks::default();
+            let (mut looks, mut is_blind) = (Looks::default(), false);
             while wanted.strong_count() > 0 {
-                if let Err(error) = looks.look(port) {
+                let looked = looks.look(port);
+                if let (Err(error), false) = (&looked, is_blind) {
                     tracing::warn!(%error, "nobody sees which client reads nothing");
                 }
+                is_blind = looked.is_err();
                 std::thread::sleep(LOOK);
             }
         })?;
@@ -104,10 +106,14 @@ mod linux {
                 continue;
             };
             #[expect(unsafe_code, reason = "Zenoh does not give its sockets away")]
-            // SAFETY: numbers of open descriptors are not negative. It is copied, and no more: if it was closed meanwhile the
+            // SAFETY: numbers of open descriptors are not negative. It is asked, and copied: if it was closed meanwhile the
             // system refuses, and if it is another one by now that one is looked at.
-            let copied = fcntl_dupfd_cloexec(unsafe { BorrowedFd::borrow_raw(number) }, 0);
-            let copy = match copied {
+            let descriptor = unsafe { BorrowedFd::borrow_raw(number) };
+            let port_of = |own| SocketAddr::try_from(own).ok().map(|own| own.port());
+            if getsockname(descriptor).ok().and_then(port_of) != Some(port) {
+                continue;
+            }
+            let copy = match fcntl_dupfd_cloexec(descriptor, 0) {
                 Ok(copy) => copy,
                 Err(Errno::BADF) => continue,
                 Err(error) => return Err(error.into()),

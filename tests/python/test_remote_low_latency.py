@@ -95,6 +95,10 @@ def low_latency_port(server):
     return port
 
 
+def low_latency_endpoint(server):
+    return f"tcp/127.0.0.1:{low_latency_port(server)}"
+
+
 @pytest.fixture
 def proxy(server, monkeypatch):
     """Between a server's low-latency transport and its clients in this process."""
@@ -372,6 +376,44 @@ def test_environments_go_on_to_the_bit_when_their_server_is_started_anew(low_lat
     assert here.unwrapped.snapshot() == far.snapshot()
     assert far._core.resumed == 3
     far.close()
+    server.end()
+
+
+def test_a_while_after_its_server_was_started_anew_steps_go_by_low_latency_again(server, monkeypatch):
+    monkeypatch.setattr("swath.remote.link._AGAIN_S", 1.0)
+    here, far = pair(server, 2, resume=True, attempt_s=0.3)
+    server.end(signal.SIGKILL)
+    server.start()
+    step_both(here, far, 1)
+    assert is_by_low_latency(far) == [False]
+    time.sleep(1.0)
+    step_both(here, far, 1)
+    assert is_by_low_latency(far) == [True]
+    step_both(here, far, 20)
+    assert is_by_low_latency(far) == [True]
+    far.close()
+
+
+def test_more_clients_than_low_latency_has_connections_for_go_the_usual_way(server):
+    others = [opened(settings(low_latency_endpoint(server), None, low_latency=True), "") for _ in range(32)]
+    here, far = pair(server, 2)
+    assert is_by_low_latency(far) == [False]
+    step_both(here, far, 5)
+    far.close()
+    for other in others:
+        other.close()
+
+
+def test_an_offer_that_is_none_is_nobodys_concern():
+    server = Server("--low-latency=off")
+    session = opened(settings(server.endpoint, None), server.endpoint)
+    token = session.liveliness().declare_token("swath/v1/default/low-latency/x/abc")
+    here, far = pair(server, 2)
+    assert is_by_low_latency(far) == [False]
+    step_both(here, far, 5)
+    far.close()
+    token.undeclare()
+    session.close()
     server.end()
 
 

@@ -38,6 +38,7 @@ _TAKEN_S = 0.0002
 _SHORT_BYTES = 32 << 10
 # So long after a step that was not answered by low latency, all go the usual way.
 _AGAIN_S = 60.0
+_OFFER = re.compile(r"low-latency/[0-9a-f]{32}/([0-9]{1,5})")
 _NAME = re.compile(r"[a-z0-9-]{1,64}")
 
 _log = logging.getLogger(__name__)
@@ -87,8 +88,10 @@ class Link:
         _forked.has_opened = True
         self._usual = Way(opened(config, endpoint), self._prefix, _VERBS, timeout_s)
         self._low_latency: Way | None = None
-        # When steps may go by it: it is left alone for a while after one was not answered there.
-        self._low_latency_from_s = 0.0
+        # When it is looked for anew: a while after a step was not answered there.
+        self._low_latency_from_s: float | None = None
+        # Longest reply that a step can have, bytes.
+        self._max_reply = _SHORT_BYTES
         self.is_quick = True
         """Whether the next answer may be expected soon: the last one came so."""
         self._lease_name = ""
@@ -98,30 +101,32 @@ class Link:
     @property
     def has_low_latency(self) -> bool:
         """Whether the next step would go by the connection for low latency."""
-        return self._low_latency is not None and time.monotonic() >= self._low_latency_from_s
+        return self._low_latency is not None and self._low_latency_from_s is None
 
     def use_low_latency(self, max_reply: int) -> None:
         """Asks for steps by Zenoh's low-latency transport from now on, if the server offers it and replies are short.
 
-        A step that is not answered there is asked again as all else is, and so are those of the next minute.
+        A step that is not answered there is asked again as all else is, and so are those of the next minute; then the
+        server, which may have been started anew, is asked for its offer once more.
 
         Args:
             max_reply: Longest reply that a step can have, bytes.
         """
+        self._max_reply = max_reply
         if max_reply > _SHORT_BYTES or not is_of_this_machine(self.endpoint):
             return
         offers = _tokens(self._usual.session, f"{self._prefix}/low-latency/*/*")
-        if len(offers) != 1:
+        found = _OFFER.fullmatch(offers[0].removeprefix(f"{self._prefix}/")) if len(offers) == 1 else None
+        if found is None:
             return
-        offer = offers[0]
-        endpoint = self.low_latency_endpoint(int(offer.rpartition("/")[2]))
+        endpoint = self.low_latency_endpoint(int(found[1]))
         try:
             session = opened(settings(endpoint, self._zenoh, low_latency=True), endpoint)
-        except RemoteError:
+        except (RemoteError, ConfigError):
             # The usual way is there.
             return
         # Whoever is at that port may be another one.
-        if _tokens(session, offer) == offers:
+        if _tokens(session, offers[0]) == offers:
             self._low_latency = Way(session, self._prefix, ("step",), self._timeout_s)
         else:
             session.close()
@@ -134,6 +139,10 @@ class Link:
         """Sends a message; its answers arrive meanwhile, for at most so many seconds, or the usual ones."""
         self._check_process()
         timeout_s = self._timeout_s if timeout_s is None else timeout_s
+        if verb == "step" and self._low_latency_from_s is not None and time.monotonic() >= self._low_latency_from_s:
+            self._low_latency_from_s = None
+            self._close_low_latency()
+            self.use_low_latency(self._max_reply)
         by_low_latency = verb == "step" and self.has_low_latency and len(message) <= _SHORT_BYTES
         way = self._low_latency if by_low_latency and self._low_latency is not None else self._usual
         return Answers(self, way.ask(verb, message, timeout_s), by_low_latency=by_low_latency)
@@ -166,8 +175,12 @@ class Link:
             try:
                 self._usual.session.close()
             finally:
-                if self._low_latency is not None:
-                    self._low_latency.session.close()
+                self._close_low_latency()
+
+    def _close_low_latency(self) -> None:
+        way, self._low_latency = self._low_latency, None
+        if way is not None:
+            way.session.close()
 
     def _check_process(self) -> None:
         if self._pid != os.getpid():

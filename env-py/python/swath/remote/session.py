@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 __all__ = ["checked_endpoint", "is_of_this_machine", "opened", "settings"]
 
 _CONNECT_MS = 5000
-# Nobody waits long for the second connection, which may be done without.
-_SECOND_CONNECT_MS = 1000
+# Nobody waits long for the second connection, which may be done without; nor is it tried again.
+_SECOND_OPEN_MS = 1000
 # As servers take them: without settings, which Zenoh would read behind `?` or `#`.
 _ENDPOINT = re.compile(r"(?:tcp|tls)/(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9._-]+):([0-9]{1,5})")
 _LARGEST_PORT = 65535
@@ -35,7 +35,8 @@ _LOW_LATENCY: dict[str, object] = {
     "transport/unicast/lowlatency": True,
     "transport/link/tx/batch_size": 65535,
     "listen/endpoints": [],
-    "connect/timeout_ms": _SECOND_CONNECT_MS,
+    "connect/timeout_ms": 0,
+    "transport/unicast/open_timeout": _SECOND_OPEN_MS,
 }
 
 # One thread of Zenoh's takes in what comes, one sends, and one looks after time-outs, which hold even where the first
