@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import signal
 import socket
 import subprocess
@@ -185,14 +186,18 @@ def test_a_snapshot_that_is_too_long_for_low_latency_goes_here_and_there(server)
 
 
 @pytest.mark.parametrize(("attempt_s", "deadline_s"), [(0.3, 30.0), (0.5, 0.9), (0.503, 60.0)])
-def test_a_step_that_is_not_answered_there_is_asked_again_as_ever_and_done_once(server, proxy, attempt_s, deadline_s):
+def test_a_step_that_is_not_answered_there_is_asked_again_as_ever_and_done_once(
+    server, proxy, attempt_s, deadline_s, caplog
+):
     here, far = pair(server, 3, attempt_s=attempt_s, deadline_s=deadline_s)
     step_both(here, far, 20)
     assert is_by_low_latency(far) == [True]
     proxy.muted[0].set()
     begin_s = time.monotonic()
-    step_both(here, far, 1)
+    with caplog.at_level(logging.INFO, logger="swath.remote.link"):
+        step_both(here, far, 1)
     assert time.monotonic() - begin_s > 0.9 * attempt_s
+    assert [record.getMessage().partition(", ")[2] for record in caplog.records] == ["and goes the usual way"]
     assert is_by_low_latency(far) == [False]
     # All others, too.
     begin_s = time.monotonic()

@@ -149,7 +149,8 @@ class Link:
 
     def leave_low_latency(self) -> None:
         """Asks the usual way for a while: a step was not answered."""
-        _log.info("a step at %s was not answered by low latency, and goes the usual way", self.endpoint)
+        if self._low_latency_from_s is None:
+            _log.info("a step at %s was not answered by low latency, and goes the usual way", self.endpoint)
         self._low_latency_from_s = time.monotonic() + _AGAIN_S
 
     def look(self) -> Callable[[], bool]:
