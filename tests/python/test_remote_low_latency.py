@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import signal
 import socket
 import subprocess
@@ -263,68 +264,73 @@ def test_where_the_second_connection_cannot_be_made_all_goes_as_ever(server, mon
     far.close()
 
 
-def stranger(code, **names):
-    """A client of another kind, which goes on after a line on its standard input."""
-    begin = """
+# The attacker races against the system's buffers, which now and then it does not fill.
+long_only = pytest.mark.skipif("LONG" not in os.environ, reason="an attack: `make test-faults` tries it")
+
+
+def longest_wait_beside(server, proxy, attack, others=lambda: None):
+    """Steps beside a client of another kind, which reads nothing from when it attacks until it is cut off.
+
+    Returns how long the longest step and what `others` do took, seconds.
+    """
+    begin = f"""
         import struct
-        import time
+        import numpy as np
         import swath
         from swath.remote.link import Link
         from swath.remote.session import opened, settings
         from swath.remote.watch import Watch
-        ask, asked = Link.ask, {}
-        Link.ask = lambda link, verb, *what: (asked.update({verb: what[0]}), ask(link, verb, *what))[1]
-        session = opened(settings(proxied, None, low_latency=True), proxied)
-        get = lambda verb, message: session.get(f"swath/v1/default/rpc/{verb}", payload=message, timeout=60.0)
-        answer = lambda *what: next(iter(get(*what))).ok.payload.to_bytes()
-        replies = []
-    """
-    values = "".join(f"{name} = {value!r}\n" for name, value in names.items())
-    code = values + textwrap.dedent(begin) + textwrap.dedent(code)
-    return subprocess.Popen([sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-
-
-def test_whoever_asks_again_and_again_and_reads_nothing_holds_up_nobody_for_long(server, proxy):
-    code = f"""
-        import numpy as np
+        ask, asked = Link.ask, {{}}
+        Link.ask = lambda link, verb, *what: (asked.update({{verb: what[0]}}), ask(link, verb, *what))[1]
+        session = opened(settings("{proxy.endpoint}", None, low_latency=True), "{proxy.endpoint}")
+        get = lambda message: session.get("swath/v1/default/rpc/step", payload=message, timeout=60.0)
+        answer = lambda message: next(iter(get(message))).ok.payload.to_bytes()
+        endpoint, log, replies = "{server.endpoint}", "{server.log}", []
         far = swath.remote.make_vec("{ENV_ID}", 64, connect=endpoint)
         far.reset(seed=0)
         far.step(np.zeros((64, 1), np.float32))
-        # The answer that is kept leaves from a thread of its own.
-        assert len(answer("step", asked["step"])) > 8000
-        print("answered", flush=True)
-        input()
-        while "cut off" not in open(log).read():
-            replies.append(get("step", asked["step"]))
-        print("asked", flush=True)
-        input()
     """
     here, far = pair(server, 2, attempt_s=0.5, deadline_s=15.0)
-    names = {"proxied": proxy.endpoint, "endpoint": server.endpoint, "log": str(server.log)}
-    with stranger(code, **names) as client:
+    command = [sys.executable, "-c", textwrap.dedent(begin) + textwrap.dedent(attack)]
+    longest_s, end_s = 0.0, time.monotonic() + 60
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as client:
         assert client.stdout.readline() == "answered\n"
         proxy.muted[-1].set()
         print(file=client.stdin, flush=True)
-        longest_s, end_s = 0.0, time.monotonic() + 60
         while "cut off" not in server.log.read_text():
             assert time.monotonic() < end_s
             begin_s = time.monotonic()
             step_both(here, far, 1)
-            swath.remote.make(ENV_ID, connect=server.endpoint).close()
+            others()
             longest_s = max(longest_s, time.monotonic() - begin_s)
-        assert longest_s < 4.0
-        assert client.stdout.readline() == "asked\n"
+        step_both(here, far, 50)
         assert server.end() == 0
         client.kill()
     far.close()
+    return longest_s
 
 
+@long_only
+def test_whoever_asks_again_and_again_and_reads_nothing_holds_up_nobody_for_long(server, proxy):
+    # The answer that is kept leaves from a thread of its own.
+    attack = """
+        assert len(answer(asked["step"])) > 8000
+        print("answered", flush=True)
+        input()
+        while "cut off" not in open(log).read():
+            replies.append(get(asked["step"]))
+        input()
+    """
+
+    def newcomer():
+        swath.remote.make(ENV_ID, connect=server.endpoint).close()
+
+    assert longest_wait_beside(server, proxy, attack, newcomer) < 4.0
+
+
+@long_only
 def test_whoever_steps_and_reads_nothing_is_cut_off_after_a_second(server, proxy):
-    code = f"""
-        import numpy as np
-        far = swath.remote.make_vec("{ENV_ID}", 64, connect=endpoint)
-        far.reset(seed=0)
-        far.step(np.zeros((64, 1), np.float32))
+    attack = """
         message, watch = asked["step"], Watch([endpoint], timeout_s=0.2)
         number = struct.unpack("<Q", message[40:48])[0]
         step = lambda: message[:40] + struct.pack("<Q", number) + message[48:]
@@ -335,37 +341,21 @@ def test_whoever_steps_and_reads_nothing_is_cut_off_after_a_second(server, proxy
 
         first = number - steps_done()
         number += 1
-        assert answer("step", step())[48] != 255
+        assert answer(step())[48] != 255
         print("answered", flush=True)
         input()
         # Each step after the one before it was done, or its reply does not leave at once.
         for _ in range(4000):
             number += 1
-            replies.append(get("step", step()))
+            replies.append(get(step()))
             done = steps_done()
             while done is not None and done < number - first:
                 done = steps_done()
             if done is None:
                 break
-        print("asked", flush=True)
         input()
     """
-    here, far = pair(server, 2, attempt_s=0.5, deadline_s=15.0)
-    with stranger(code, proxied=proxy.endpoint, endpoint=server.endpoint) as client:
-        assert client.stdout.readline() == "answered\n"
-        proxy.muted[-1].set()
-        print(file=client.stdin, flush=True)
-        longest_s, end_s = 0.0, time.monotonic() + 60
-        while "cut off" not in server.log.read_text():
-            assert time.monotonic() < end_s
-            begin_s = time.monotonic()
-            step_both(here, far, 1)
-            longest_s = max(longest_s, time.monotonic() - begin_s)
-        assert longest_s < 5.0
-        step_both(here, far, 50)
-        assert server.end() == 0
-        client.kill()
-    far.close()
+    assert longest_wait_beside(server, proxy, attack) < 4.0
 
 
 @pytest.mark.parametrize("low_latency", ["on", "off"])
