@@ -73,6 +73,10 @@ impl From<Fault> for Error {
         match fault {
             Fault::BadConfig { text } => Self::RemoteConfig(text),
             Fault::BadAction { text, .. } | Fault::NotReset { text, .. } => Self::ActionForm(text),
+            lost @ Fault::SessionLost { .. } => {
+                let advice = "make the environments anew, or with `resume` from the start, which goes on by snapshots";
+                Self::Remote(format!("{lost}: {advice}"))
+            }
             other => Self::Remote(other.to_string()),
         }
     }

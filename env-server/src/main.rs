@@ -13,6 +13,9 @@ use swath_server::server::Server;
 use swath_server::settings::{THREADS, THREADS_VARIABLE};
 use tracing_subscriber::EnvFilter;
 
+/// What is logged: where that is said, and what if it is not.
+const LOG_VARIABLE: &str = "SWATH_LOG";
+const LOG: &str = "info,zenoh=off";
 /// After so long, another signal to end is another wish.
 const AGAIN: Duration = Duration::from_secs(1);
 
@@ -33,8 +36,13 @@ fn main() -> ExitCode {
         }
         Err(help) => help.exit(),
     };
-    let filter =
-        EnvFilter::try_from_env("SWATH_LOG").unwrap_or_else(|_| EnvFilter::new("info,zenoh=off"));
+    let wish = std::env::var_os(LOG_VARIABLE).unwrap_or_else(|| LOG.into());
+    let Some(filter) = wish.to_str().and_then(|wish| EnvFilter::try_new(wish).ok()) else {
+        return refuse(&format!(
+            "`{LOG_VARIABLE}` must be filters such as `{LOG}`, got `{}`",
+            wish.display()
+        ));
+    };
     tracing_subscriber::fmt()
         .with_env_filter(filter)
         .with_ansi(std::io::stderr().is_terminal())

@@ -78,8 +78,7 @@ pub struct Arguments {
     pub allow_snapshot: bool,
     /// Whether steps of few environments, of at most 32 KiB, are answered sooner, by Zenoh's low-latency transport, at
     /// another port: only where this listens at tcp/ and a number of the loopback, without `--connect` [default: on there]
-    #[arg(long, value_name = "on|off", num_args = 0..=1, require_equals = true,
-        default_missing_value = "on", value_parser = switch)]
+    #[arg(long, value_name = "on|off", num_args = 0..=1, default_missing_value = "on", value_parser = switch)]
     pub low_latency: Option<bool>,
     /// The certificate of the authority that clients and servers are signed by, PEM
     #[arg(long, value_name = "FILE")]
@@ -387,7 +386,7 @@ mod tests {
             (&["--listen", "tcp/0.0.0.0:7447", "--insecure"], "", false),
             (&["--connect", "tcp/127.0.0.1:7448"], "", false),
             (&["--low-latency=off"], "", false),
-            (&["--low-latency=off"], "low_latency = true", false),
+            (&["--low-latency", "off"], "low_latency = true", false),
             (&[], "low_latency = false", false),
             (&["--low-latency"], "low_latency = false", true),
             (&["--low-latency=on", "--listen", "tcp/127.0.0.2:1"], "", true),

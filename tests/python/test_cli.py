@@ -135,7 +135,11 @@ def test_a_bad_scenario_is_refused_in_one_line_and_nothing_is_written(call, comm
             "`versus` must be one of the agents jump, got `snake`",
         ),
         (["evaluate", "pasture", "--agents", "jump", "--instances", "0"], "`instances` must be a whole number from 1"),
-        (["evaluate", "pasture", "--agents", "jump", "--instances", "many"], "Invalid value for '--instances'"),
+        (
+            ["evaluate", "pasture", "--agents", "jump", "--instances", "many"],
+            "`--instances` must be a whole number, got 'many'",
+        ),
+        (["top", "--connect", "x", "--every", "1s"], "`--every` must be a number, got '1s'"),
         (["evaluate", "pasture", "--agents", "jump", "--seed", "-1"], "`seed` must be a whole number from 0"),
         (["evaluate", "pasture", "--agents", "jump", "--seed", str(1 << 64)], "`seed` must be a whole number from 0"),
         (

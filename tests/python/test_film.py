@@ -125,7 +125,8 @@ def test_what_cannot_be_filmed_is_refused_and_leaves_nothing(episodes, tmp_path)
         ([episodes[0], elsewhere], "race.gif", {}, "`episodes` must have the same scenario, got another one in "),
         ([lost], "race.gif", {}, "`trajectory` must be at least one row, got none"),
         (episodes, "race.gif", {"fps": 0}, "`fps` must be a whole number from 1 to 100, got 0"),
-        (episodes, "race.gif", {"seconds": float("nan")}, "`seconds` must be finite and > 0, got nan"),
+        (episodes, "race.gif", {"seconds": float("nan")}, "`seconds` must be above 0 and at most 3600, got nan"),
+        (episodes, "race.gif", {"seconds": 4000}, "`seconds` must be above 0 and at most 3600, got 4000"),
         (episodes, "race.png", {"size": (10, 10)}, "`size` must be (width, height) in pixels, from (160, 90) to "),
     ]:
         with pytest.raises(swath.ConfigError, match=re.escape(expected)):

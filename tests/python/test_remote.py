@@ -334,7 +334,16 @@ def test_a_server_that_was_killed_is_named_and_its_successor_is_not_taken_for_it
         with pytest.raises(swath.RemoteError) as raised:
             far.retry()
         text = str(raised.value)
+    assert "make the environments anew, or with `resume`" in text
     far.close()
+
+
+def test_a_name_that_no_server_has_is_refused_at_once_where_others_are(own_server):
+    begin_s = time.monotonic()
+    text = f"^there is no server `meadow` at {own_server.endpoint}, but `default`$"
+    with pytest.raises(swath.RemoteError, match=text):
+        swath.remote.make(ENV_ID, connect=own_server.endpoint, server="meadow")
+    assert time.monotonic() - begin_s < 5
 
 
 def test_a_remote_environment_names_what_it_observes_as_a_local_one_does(server):

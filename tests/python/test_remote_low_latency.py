@@ -147,6 +147,12 @@ def test_few_environments_are_stepped_by_low_latency_and_many_are_not_with_the_s
     far.close()
 
 
+def test_the_name_of_the_loopback_will_do(server):
+    far = swath.remote.make(ENV_ID, connect=server.endpoint.replace("127.0.0.1", "localhost"))
+    assert is_by_low_latency(far) == [True]
+    far.close()
+
+
 def test_the_transport_of_steps_is_the_one_that_takes_no_long_message(server):
     far = swath.remote.make(ENV_ID, connect=server.endpoint)
     link = far._batch._links[0]

@@ -76,6 +76,14 @@ def test_threads_that_zenoh_cannot_read_are_refused_in_one_line_by_clients_and_s
     assert refused.stderr.endswith(f'swath-server: {text}"(wx: 1)"\n')
 
 
+def test_a_server_refuses_filters_of_its_log_that_are_none_in_one_line(monkeypatch):
+    monkeypatch.setenv("SWATH_LOG", "info,zenoh=quiet")
+    refused = subprocess.run([SERVER], capture_output=True, text=True, timeout=20, check=False)
+    assert refused.returncode == 2
+    text = "`SWATH_LOG` must be filters such as `info,zenoh=off`, got"
+    assert refused.stderr == f"swath-server: {text} `info,zenoh=quiet`\n"
+
+
 @pytest.mark.parametrize(("first", "told"), [("zenoh", "stepped"), ("swath", "RemoteTimeout")])
 def test_a_subscriber_that_nobody_reads_holds_up_no_step_if_zenoh_was_imported_first_and_else_no_deadline(
     server, first, told, monkeypatch

@@ -31,6 +31,8 @@ from swath.errors import SwathError
 __all__ = ["app", "main"]
 
 _BAD_INPUT, _STOPPED = 2, 130
+# By the names of their errors.
+_NUMBERS = {"int_parsing": "a whole number", "float_parsing": "a number"}
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
 for command in (evaluate, report, run, replay, train, record, worker, bench, config, agents, demo, top):
@@ -67,7 +69,7 @@ def main(args: Sequence[str] | None = None) -> int:
     except (SwathError, ModuleNotFoundError) as error:
         return _say(str(error), _BAD_INPUT)
     except typer.TyperException as error:
-        return _say(error.format_message().rstrip("."), _BAD_INPUT)
+        return _say(_refusal(error), _BAD_INPUT)
     except BrokenPipeError:
         # Who read our output has gone; Python must not try to flush it once more.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -76,6 +78,17 @@ def main(args: Sequence[str] | None = None) -> int:
         return _say(f"cannot use {error.filename}: {error.strerror}", _BAD_INPUT)
     # The command line library turns Ctrl-C into this status.
     return _say("stopped", _STOPPED) if status == _STOPPED else int(status or 0)
+
+
+def _refusal(error: typer.TyperException) -> str:
+    """Returns what is wrong with an argument, with its value, which the command line library may leave out."""
+    text, errors = error.format_message().rstrip("."), getattr(error.__cause__, "errors", None)
+    if errors is None:
+        return text
+    first = errors()[0]
+    if isinstance(error, typer.BadParameter) and error.param is not None and first["type"] in _NUMBERS:
+        text = f"`{error.param.opts[0]}` must be {_NUMBERS[first['type']]}"
+    return f"{text}, got {first['input']!r}"
 
 
 def _say(text: str, status: int) -> int:

@@ -8,7 +8,6 @@ swath.film.write_film(episodes, Path("race.gif"))
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -42,6 +41,7 @@ SUFFIXES = tuple(_WRITERS)
 """What the name of a film may end in."""
 
 _MOST_FPS = 100
+_MOST_S = 3600
 _MOST_EPISODES = 64
 
 
@@ -59,8 +59,8 @@ def check_film(path: Path, *, fps: int = 30, seconds: float | None = None) -> No
     if isinstance(fps, bool) or not isinstance(fps, int) or not 1 <= fps <= _MOST_FPS:
         text = f"`fps` must be a whole number from 1 to {_MOST_FPS}, got {fps!r}"
         raise ConfigError(text)
-    if seconds is not None and not 0 < seconds < math.inf:
-        text = f"`seconds` must be finite and > 0, got {seconds!r}"
+    if seconds is not None and not 0 < seconds <= _MOST_S:
+        text = f"`seconds` must be above 0 and at most {_MOST_S}, got {seconds!r}"
         raise ConfigError(text)
     _, extra, packages = _WRITERS[suffix]
     need(f"a film as `{suffix}`", extra, *packages)
@@ -91,8 +91,8 @@ def write_film(
         path: The file, replaced if there is one; it is complete or not there.
         size: Width and height of the picture of one episode, pixels, from (160, 90) to (4096, 4096).
         fps: Pictures a second, from 1 to 100; a GIF shows each for whole hundredths of a second, 2 or more.
-        seconds: How long the longest episode takes; the last picture stands 1.5 s longer. None: 1 s for 100 m, but
-            from 5 s to 30 s.
+        seconds: How long the longest episode takes, at most 3600; the last picture stands 1.5 s longer. None: 1 s for
+            100 m, but from 5 s to 30 s.
 
     Raises:
         ConfigError: If an argument cannot be used; the message names it.

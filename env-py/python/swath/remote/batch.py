@@ -37,6 +37,8 @@ _MOST_HASH_EVERY = 2**32 - 1
 _SHORTEST_LOOK_S, _LONGEST_LOOK_S = 50e-6, 2e-3
 # How long ended sessions may take to be told, of one batch and at the end of the process of all together.
 _CLOSE_S = 1.0
+# So many names of servers are told where one is asked for that is not there.
+_MOST_NAMES = 8
 
 _open_batches: weakref.WeakSet[RemoteBatch] = weakref.WeakSet()
 
@@ -123,6 +125,7 @@ class RemoteBatch:
         self._pid = os.getpid()
         try:
             self._links += [Link(endpoint, server, attempt_ms / 1000, zenoh) for endpoint in endpoints]
+            self._check_names()
             nonces = [secrets.randbits(128) for _ in endpoints]
             self._call(self._core.begin_spec, self._core.finish_spec)
             self._call(lambda now_ms: self._core.begin_open(now_ms, nonces, client, percept), self._core.finish_open)
@@ -304,6 +307,15 @@ class RemoteBatch:
                 raise
             text = f"{self._links[part].endpoint}: {error}"
             raise type(error)(text) from None
+
+    def _check_names(self) -> None:
+        """Refuses a name where there are servers of other names alone; where there is nobody, one may still come."""
+        for link, names in zip(self._links, [link.look_around() for link in self._links], strict=True):
+            found = names()
+            if found and link.server not in found:
+                there = ", ".join(f"`{name}`" for name in found[:_MOST_NAMES])
+                text = f"there is no server `{link.server}` at {link.endpoint}, but {there}"
+                raise RemoteError(text)
 
     def _why_silent(self) -> str:
         """Says what may be wrong with servers that have not answered: who is refused by one gets silence."""

@@ -153,6 +153,16 @@ class Link:
             _log.info("a step at %s was not answered by low latency, and goes the usual way", self.endpoint)
         self._low_latency_from_s = time.monotonic() + _AGAIN_S
 
+    def look_around(self) -> Callable[[], list[str]]:
+        """Looks for servers; what it returns waits, and tells the names of those that show us that they are alive."""
+        found = self._usual.session.liveliness().get("swath/v1/*/alive/*", timeout=_LOOK_S)
+
+        def names() -> list[str]:
+            shown = {str(reply.ok.key_expr).split("/")[2] for reply in found if reply.ok is not None}
+            return sorted(filter(_NAME.fullmatch, shown))
+
+        return names
+
     def look(self) -> Callable[[], bool]:
         """Looks for a server; what it returns waits, and tells whether one of the name shows that it is alive."""
         self._check_process()

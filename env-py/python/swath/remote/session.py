@@ -72,10 +72,10 @@ def checked_endpoint(endpoint: object) -> tuple[str, int]:
 
 
 def is_of_this_machine(endpoint: str) -> bool:
-    """Tells whether an endpoint is spoken to plainly, at a number of the loopback."""
+    """Tells whether an endpoint is spoken to plainly, at a number of the loopback or by its name."""
     host, _ = checked_endpoint(endpoint)
     try:
-        return endpoint.startswith("tcp/") and ipaddress.ip_address(host).is_loopback
+        return endpoint.startswith("tcp/") and (host == "localhost" or ipaddress.ip_address(host).is_loopback)
     except ValueError:
         return False
 
