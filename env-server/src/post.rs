@@ -5,21 +5,30 @@
 //! sessions has one connection for all of them, and whose a question without a session is, nobody knows. What else there
 //! is leaves from threads of their own. A session has one thread at a time, and so has each of the lanes for those without
 //! one; there is a thread for each of them that has something to send: a client holds up nobody else's session.
+//!
+//! Whether a client reads is not known until it does not: for a while after an answer that was to leave at once and did not,
+//! nothing does.
 
 mod desk;
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use bytes::Bytes;
 use zenoh::Wait as _;
 use zenoh::query::Query;
 
 use self::desk::{Desk, Letter};
+use crate::clock::Clock;
 use crate::front;
 
 /// Longer replies leave from threads of their own, bytes.
 const SHORT: usize = 32 << 10;
+/// What took longer was held up: an answer leaves within a fraction of this.
+const HELD_UP: Duration = Duration::from_millis(2);
+/// So many times as long nothing leaves at once then: the server's thread is held up for a hundredth of its time at most.
+const PATIENCE: u32 = 100;
 /// Most threads: so many clients may not read at the same time.
 const SENDERS: usize = 256;
 
@@ -28,6 +37,8 @@ const SENDERS: usize = 256;
 pub struct Post {
     office: Arc<Office>,
     senders: Vec<JoinHandle<()>>,
+    /// Since when nothing leaves at once, and for how long.
+    held_up: Option<(Clock, Duration)>,
 }
 
 #[derive(Debug)]
@@ -42,12 +53,12 @@ impl Post {
     pub fn new(most: usize) -> Self {
         let desk = Mutex::new(Desk::new(most));
         let office = Arc::new(Office { desk, has_work: Condvar::new() });
-        Self { office, senders: Vec::new() }
+        Self { office, senders: Vec::new(), held_up: None }
     }
 
     /// Answers a query of a session that is open, or of whom nobody knows. An answer that does not arrive is asked for
-    /// again. Only what was `just_done` may leave at once: its client has read the answers before, or it could not have asked
-    /// for the next thing, while one that asks for the same again perhaps reads nothing.
+    /// again. Only what was `just_done` may leave at once: mostly its client has read the answer before, or it would not ask for
+    /// the next thing, while one that asks for the same again perhaps reads nothing.
     ///
     /// # Panics
     ///
@@ -60,8 +71,15 @@ impl Post {
         just_done: bool,
     ) {
         let is_quick = just_done && session.is_some() && message.len() <= SHORT;
-        if is_quick && self.office.desk().is_empty() {
-            return reply(&query, message);
+        self.held_up.take_if(|(since, wait)| since.elapsed() > *wait);
+        if is_quick && self.held_up.is_none() && self.office.desk().is_empty() {
+            let clock = Clock::start();
+            reply(&query, message);
+            let took = clock.elapsed();
+            if took > HELD_UP {
+                self.held_up = Some((Clock::start(), took * PATIENCE));
+            }
+            return;
         }
         self.hand_over(session, query, Some(message));
     }

@@ -18,7 +18,7 @@ use bytes::Bytes;
 use crate::codec;
 use crate::fault::Fault;
 use crate::header::{HEADER_BYTES, Header, HeaderError, Kind, Verb};
-use crate::message::{Open, OpenReply};
+use crate::message::{Limits, Open, OpenReply};
 use call::{Answered, Call, Doubt, Progress, Request};
 pub use error::ClientError;
 
@@ -95,6 +95,8 @@ struct Session {
     boot_id: u128,
     sid: u128,
     lid: u128,
+    /// Largest message that the server takes in, bytes.
+    max_msg: u32,
 }
 
 impl ClientSession {
@@ -296,6 +298,12 @@ impl ClientSession {
         self.session.map(|session| session.lid)
     }
 
+    /// Largest message that the session's server takes in, bytes.
+    #[must_use]
+    pub fn max_msg(&self) -> Option<u32> {
+        self.session.map(|session| session.max_msg)
+    }
+
     /// What the session's server drew when it started.
     #[must_use]
     pub fn boot_id(&self) -> Option<u128> {
@@ -345,11 +353,13 @@ impl ClientSession {
         self.check_free()?;
         let kind = Kind::Request(verb);
         let mut header = Header { boot_id: 0, sid: 0, seq: 0, kind };
+        let mut limit = u32::MAX;
         if verb.has_session() {
             if let Some(fault) = &self.lost {
                 return Err(fault.clone().into());
             }
-            let Session { boot_id, sid, .. } = self.session.ok_or(ClientError::NotOpen)?;
+            let Session { boot_id, sid, max_msg, .. } = self.session.ok_or(ClientError::NotOpen)?;
+            limit = max_msg;
             let seq = self.seq + u64::from(verb.is_numbered());
             header = Header { boot_id, sid, seq, kind };
         }
@@ -357,6 +367,12 @@ impl ClientSession {
             // Whether these were carried out makes no difference.
             !matches!(verb, Verb::Spec | Verb::Stats | Verb::Snapshot)
         });
+        // Zenoh drops what is much too large for a server, which then says nothing of it.
+        let write = |header: &Header| -> Result<Vec<u8>, Fault> {
+            let message = write(header)?;
+            let (size, limit) = (message.len() as u64, u64::from(limit));
+            if size > limit { Err(Fault::TooLarge { size, limit }) } else { Ok(message) }
+        };
         match (verb, doubtful) {
             (Verb::Open, None) if self.session.is_some() && self.lost.is_none() => {
                 return Err(ClientError::IsOpen);
@@ -392,8 +408,10 @@ impl ClientSession {
         let (verb, seq) = (call.request.verb, call.request.header.seq);
         match verb {
             Verb::Open => match codec::read::<OpenReply>(&message[HEADER_BYTES..]) {
-                Ok(OpenReply { sid, lid, .. }) if sid == header.sid => {
-                    self.session = Some(Session { boot_id: header.boot_id, sid, lid });
+                Ok(OpenReply { sid, lid, limits: Limits { max_msg, .. }, .. })
+                    if sid == header.sid =>
+                {
+                    self.session = Some(Session { boot_id: header.boot_id, sid, lid, max_msg });
                     (self.seq, self.lost) = (0, None);
                 }
                 _ => return self.finish(Err(ClientError::Unexpected(verb))),

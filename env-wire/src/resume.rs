@@ -466,6 +466,14 @@ impl ResumingSession {
                 if let Some(data) = data {
                     self.memory.as_mut()?.rebase(data);
                 }
+                let max_msg = self.session.max_msg()?;
+                if let Some(fault) = self.memory.as_ref()?.too_large_to_open(max_msg) {
+                    if is_first {
+                        self.held = None;
+                        return Some(self.fail(ClientError::NotResumable(fault)));
+                    }
+                    self.memory.as_mut()?.give_up(fault);
+                }
             }
             // Not in time: there will be another one.
             Err(_) => self.session.forget_snapshot(),

@@ -173,3 +173,56 @@ def test_whoever_closes_while_another_thread_waits_is_refused_and_that_one_goes_
     here.reset(seed=1)
     assert same(here.step(actions), told[0])
     far.close()
+
+
+def test_where_one_server_has_begun_episodes_and_another_refused_none_is_stepped_until_all_have_begun_anew(server):
+    small = Server("--max-all-weeds", "250")
+    blocks = {"num_envs": 2, "autoreset_mode": "Disabled"}
+    here = gym.make_vec(ENV_ID, **blocks)
+    far = swath.remote.make_vec(ENV_ID, connect=[server.endpoint, small.endpoint], **blocks)
+    actions = np.zeros((2, 1), np.float32)
+    far.reset(seed=1)
+    weeds = [(float(x), 5.0) for x in np.linspace(1, 30, 400)]
+    with pytest.raises(swath.SwathError, match="at most 250 weeds"):
+        far.reset(seed=2, options={"weeds": weeds})
+    text = "one server refused what another one has carried out: reset every row, or close"
+    for refused in (
+        lambda: far.step(actions),
+        lambda: far.reset(options={"reset_mask": np.array([True, False])}),
+        far._core.snapshot,
+    ):
+        with pytest.raises(swath.RemoteError, match=text):
+            refused()
+    assert same(far.reset(seed=3), here.reset(seed=3))
+    assert all(map(same, far.step(actions), here.step(actions)))
+    far.close()
+    small.end()
+
+
+def test_a_request_that_is_too_large_for_the_server_is_refused_by_name_and_the_next_one_is_carried_out():
+    here = gym.make_vec(ENV_ID, num_envs=200)
+    here.reset(seed=0)
+    snapshot = here.unwrapped.snapshot()
+    # So much more than the server takes in that its Zenoh drops it without a word.
+    most = len(snapshot) - 100_000
+    server = Server("--max-msg", str(most))
+    far = swath.remote.make_vec(ENV_ID, 200, connect=server.endpoint, deadline_s=10.0)
+    assert same(far.reset(seed=1), here.reset(seed=1))
+    with pytest.raises(swath.RemoteError, match=f"^a message must have at most {most} bytes, `max_msg` of the server"):
+        far._core.restore(snapshot)
+    actions = np.zeros((200, 1), np.float32)
+    assert all(map(same, far.step(actions), here.step(actions)))
+    far.close()
+    server.end()
+
+
+def test_whoever_closes_in_a_signal_handler_while_a_call_waits_ends_that_call(patient_server):
+    far = swath.remote.make_vec(ENV_ID, 2, connect=patient_server.endpoint, attempt_s=0.3, deadline_s=5.0)
+    far.reset(seed=0)
+    before = signal.signal(signal.SIGALRM, lambda *_: far.close())
+    patient_server.process.send_signal(signal.SIGSTOP)
+    signal.setitimer(signal.ITIMER_REAL, 0.5)
+    with pytest.raises(swath.ClosedError, match="while a call was in flight"):
+        far.step(np.zeros((2, 1), np.float32))
+    patient_server.process.send_signal(signal.SIGCONT)
+    signal.signal(signal.SIGALRM, before)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -24,6 +25,9 @@ def unfinished(path: Path) -> Iterator[Path]:
     beside = path.with_name(f".{path.name}.unfinished")
     try:
         yield beside
+        # Or the name could outlive a power cut, and the bytes not.
+        with beside.open("rb+") as file:
+            os.fsync(file.fileno())
         beside.replace(path)
     except BaseException as error:
         with suppress(OSError):

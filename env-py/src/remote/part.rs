@@ -2,6 +2,7 @@
 
 use bytes::Bytes;
 use swath_wire::client::ClientError;
+use swath_wire::header::{Header, Kind};
 use swath_wire::resume::ResumingSession;
 
 use crate::errors::Error;
@@ -38,12 +39,21 @@ impl Part {
 }
 
 /// Whether every server has answered the last call, and Python was given what they said: until then, nothing may follow
-/// that goes by its result.
+/// that goes by its result. Nor where some have carried out what others refused.
 pub(super) fn settled(parts: &[Part]) -> Result<(), Error> {
     let has_failed = parts.iter().any(|part| matches!(part.reply, Some(Err(_))));
     let is_kept = |part: &Part| matches!(part.reply, Some(Ok(_))) && !has_failed;
     if parts.iter().any(|part| part.session.is_in_doubt() || is_kept(part)) {
         return Err(ClientError::InDoubt.into());
+    }
+    let has_changed = |part: &Part| {
+        let Some(Ok(reply)) = &part.reply else { return false };
+        Header::read(reply)
+            .is_ok_and(|(header, _)| matches!(header.kind, Kind::Reply(verb) if verb.is_numbered()))
+    };
+    if has_failed && parts.iter().any(has_changed) {
+        let text = "one server refused what another one has carried out: reset every row, or close";
+        return Err(Error::Remote(text.to_owned()));
     }
     Ok(())
 }

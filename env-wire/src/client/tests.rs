@@ -28,6 +28,10 @@ fn open() -> Open<'static> {
 }
 
 fn opened(boot_id: u128) -> Bytes {
+    opened_with(boot_id, Limits::default())
+}
+
+fn opened_with(boot_id: u128, limits: Limits) -> Bytes {
     let reply = OpenReply {
         sid: 5,
         lid: 6,
@@ -38,7 +42,7 @@ fn opened(boot_id: u128) -> Bytes {
         outcomes: Vec::new(),
         config_hash: [0; 32],
         max_reply: 0,
-        limits: Limits::default(),
+        limits,
     };
     let header = Header { boot_id, sid: 5, seq: 0, kind: Kind::Reply(Verb::Open) };
     codec::write(&header, &reply).unwrap().into()
@@ -247,6 +251,22 @@ fn a_fault_ends_the_call_and_the_loss_of_the_session_all_calls() {
             client.open(1, &open()).unwrap();
         }
     }
+}
+
+#[test]
+fn what_is_larger_than_the_session_s_server_takes_in_is_refused_unsent_and_others_may_follow() {
+    let mut client = ClientSession::new(OPTIONS);
+    client.open(0, &open()).unwrap();
+    sent(&mut client, 0);
+    client.on_reply(0, opened_with(BOOT, Limits { max_msg: 100, ..Limits::default() }));
+    assert!(matches!(client.poll(0), ClientOutput::Done(Ok(_))));
+    let payload = 100 - HEADER_BYTES;
+    let refused = Err(Fault::TooLarge { size: 101, limit: 100 }.into());
+    assert_eq!(client.call_bytes(0, Verb::Restore, &vec![1; payload + 1]), refused);
+    assert_eq!(client.poll(0), ClientOutput::Idle);
+    assert_eq!((client.next_seq(), client.is_in_doubt()), (1, false));
+    client.call_bytes(0, Verb::Step, &vec![1; payload]).unwrap();
+    assert_eq!(sent(&mut client, 0).seq, 1);
 }
 
 #[test]

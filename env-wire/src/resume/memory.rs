@@ -4,9 +4,13 @@ use std::sync::Arc;
 
 use sha2::{Digest, Sha256};
 
+use crate::codec;
 use crate::fault::Fault;
-use crate::header::{HEADER_BYTES, Verb};
+use crate::header::{HEADER_BYTES, Header, Kind, Verb};
 use crate::message::{Open, OpenReply};
+
+/// Most bytes that the length of a snapshot takes in a message.
+const LENGTH_BYTES: usize = 9;
 
 /// A request of the caller's.
 #[derive(Clone)]
@@ -97,6 +101,17 @@ impl Memory {
         let nonce: [u8; 32] = Sha256::digest(nonce.concat()).into();
         let nonce = u128::from_le_bytes(std::array::from_fn(|i| nonce[i]));
         Open { nonce, snapshot: self.base.as_deref(), ..self.open.clone() }
+    }
+
+    /// Why the next session cannot be opened from the snapshot, if it cannot: with the scenario it has to fit into a
+    /// message.
+    pub(super) fn too_large_to_open(&self, max_msg: u32) -> Option<Fault> {
+        let limit = u64::from(max_msg);
+        let without = Open { snapshot: None, ..self.next_open() };
+        let nobody = Header { boot_id: 0, sid: 0, seq: 0, kind: Kind::Request(Verb::Open) };
+        let size = codec::write(&nobody, &without).ok()?.len() + self.base.as_ref()?.len();
+        let size = (size + LENGTH_BYTES) as u64;
+        (size > limit).then_some(Fault::TooLarge { size, limit })
     }
 
     /// Another session is being opened.

@@ -32,6 +32,7 @@ struct Adder {
     /// How many steps it takes before others have all the room.
     room: usize,
     replayed: usize,
+    max_msg: u32,
 }
 
 impl Adder {
@@ -44,6 +45,7 @@ impl Adder {
             snapshots: 0,
             room: usize::MAX,
             replayed: 0,
+            max_msg: u32::MAX,
         }
     }
 
@@ -74,7 +76,7 @@ impl Adder {
                     outcomes: Vec::new(),
                     config_hash: [0; 32],
                     max_reply: 0,
-                    limits: Limits::default(),
+                    limits: Limits { max_msg: self.max_msg, ..Limits::default() },
                 };
                 codec::write(&header, &told).unwrap()
             }
@@ -158,6 +160,22 @@ fn what_is_kept_does_not_grow() {
     }
     assert_eq!(server.snapshots, 1 + 1_000 / 4);
     assert!(most < 2_000, "{most}");
+}
+
+#[test]
+fn a_snapshot_that_fits_into_no_open_is_found_out_before_it_is_needed() {
+    // What opens a session from a snapshot of one byte.
+    let nobody = Header { boot_id: 0, sid: 0, seq: 0, kind: Kind::Request(Verb::Open) };
+    let from = Open { snapshot: Some(&[0]), hash_every: RESUME.hash_every, ..open() };
+    let size = u32::try_from(codec::write(&nobody, &from).unwrap().len()).unwrap();
+    for (max_msg, fits) in [(size - 1, false), (size + 9, true)] {
+        let mut server = Adder { max_msg, ..Adder::new(10) };
+        let mut client = ResumingSession::new(ClientOptions::default(), Some(RESUME));
+        client.open(0, &open()).unwrap();
+        let told = settle(&mut client, &mut server);
+        let is_refused = matches!(told, Err(ClientError::NotResumable(Fault::TooLarge { .. })));
+        assert_eq!(is_refused, !fits, "{told:?}");
+    }
 }
 
 #[test]

@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from swath import _native
-from swath.errors import ConfigError, RemoteError, RemoteTimeout
+from swath.errors import ClosedError, ConfigError, RemoteError, RemoteTimeout
 from swath.evaluation.study import whole
 from swath.options import bytes_of, flag
 from swath.remote.link import Link
@@ -280,6 +280,11 @@ class RemoteBatch:
             self._turn.release()
 
     def _call_alone(self, begin: Callable[[int], None], finish: Callable[[], Any], most_s: float) -> Any:  # noqa: ANN401
+        for part, link in enumerate(self._links):
+            if most_s == float("inf"):
+                link.look_for_low_latency_again()
+            # Another answer to the last question, of a server that should not be there.
+            self._take_in_late(part)
         try:
             begin(self._now_ms())
             self._finish = finish
@@ -342,8 +347,10 @@ class RemoteBatch:
         moved_s = time.monotonic()
         while waiting and (now_s := time.monotonic()) < end_s:
             wake_s = [end_s]
+            if not self._links:
+                text = "the environment was closed, by a signal handler perhaps, while a call was in flight"
+                raise ClosedError(text)
             for part in sorted(waiting - asked.keys()):
-                self._take_in_late(part)
                 what, verb, message, number = self._core.poll(part, self._now_ms())
                 if what == "send":
                     assert verb is not None, "a message has a verb"

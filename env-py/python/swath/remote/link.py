@@ -125,11 +125,20 @@ class Link:
         except (RemoteError, ConfigError):
             # The usual way is there.
             return
-        # Whoever is at that port may be another one.
-        if _tokens(session, offers[0]) == offers:
-            self._low_latency = Way(session, self._prefix, ("step",), self._timeout_s)
-        else:
-            session.close()
+        try:
+            # Whoever is at that port may be another one.
+            if _tokens(session, offers[0]) == offers:
+                self._low_latency = Way(session, self._prefix, ("step",), self._timeout_s)
+        finally:
+            if self._low_latency is None:
+                session.close()
+
+    def look_for_low_latency_again(self) -> None:
+        """Asks the server for its offer once more, if it is time for that; to be called where no call is in flight."""
+        if self._low_latency_from_s is not None and time.monotonic() >= self._low_latency_from_s:
+            self._low_latency_from_s = None
+            self._close_low_latency()
+            self.use_low_latency(self._max_reply)
 
     def low_latency_endpoint(self, port: int) -> str:
         """Returns where the server that is at our endpoint has its low-latency transport."""
@@ -139,10 +148,6 @@ class Link:
         """Sends a message; its answers arrive meanwhile, for at most so many seconds, or the usual ones."""
         self._check_process()
         timeout_s = self._timeout_s if timeout_s is None else timeout_s
-        if verb == "step" and self._low_latency_from_s is not None and time.monotonic() >= self._low_latency_from_s:
-            self._low_latency_from_s = None
-            self._close_low_latency()
-            self.use_low_latency(self._max_reply)
         by_low_latency = verb == "step" and self.has_low_latency and len(message) <= _SHORT_BYTES
         way = self._low_latency if by_low_latency and self._low_latency is not None else self._usual
         return Answers(self, way.ask(verb, message, timeout_s), by_low_latency=by_low_latency)
