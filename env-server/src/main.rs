@@ -12,6 +12,7 @@ use swath_server::options::Arguments;
 use swath_server::server::Server;
 use swath_server::settings::{THREADS, THREADS_VARIABLE};
 use tracing_subscriber::EnvFilter;
+use tracing_subscriber::filter::LevelFilter;
 
 /// What is logged: where that is said, and what if it is not.
 const LOG_VARIABLE: &str = "SWATH_LOG";
@@ -37,7 +38,10 @@ fn main() -> ExitCode {
         Err(help) => help.exit(),
     };
     let wish = std::env::var_os(LOG_VARIABLE).unwrap_or_else(|| LOG.into());
-    let Some(filter) = wish.to_str().and_then(|wish| EnvFilter::try_new(wish).ok()) else {
+    // A word alone would be a part of the program, of which everything is logged, and nothing of the others.
+    let is_level = |part: &str| part.contains(['=', '[']) || part.parse::<LevelFilter>().is_ok();
+    let checked = wish.to_str().filter(|wish| wish.split(',').all(is_level));
+    let Some(filter) = checked.and_then(|wish| EnvFilter::try_new(wish).ok()) else {
         return refuse(&format!(
             "`{LOG_VARIABLE}` must be filters such as `{LOG}`, got `{}`",
             wish.display()

@@ -238,9 +238,12 @@ impl Arguments {
     }
 }
 
+/// What numbers have to be, flags and those of the file.
+const WHOLE: &str = "a whole number from 0 on, and not too large";
+
 /// A number of the command line.
-fn whole<T: FromStr>(text: &str) -> Result<T, &'static str> {
-    text.parse().map_err(|_| "it must be a whole number from 0 on, and not too large")
+fn whole<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| format!("it must be {WHOLE}"))
 }
 
 /// A switch of the command line.
@@ -262,8 +265,9 @@ impl File {
             let written = text.lines().nth(line - 1).unwrap_or_default().trim();
             let mut why = found.message().lines().next().unwrap_or_default().to_owned();
             for number in ["u32", "u64", "usize"] {
-                why = why.replace(&format!("expected {number}"), "expected a whole number");
+                why = why.replace(&format!("expected {number}"), &format!("expected {WHOLE}"));
             }
+            let why = why.replace("expected a sequence", "expected a list of strings in brackets");
             error(format!("line {line}, {written}: {why}"))
         })
     }
@@ -304,7 +308,8 @@ impl Options {
             |byte: u8| byte.is_ascii_lowercase() || byte.is_ascii_digit() || byte == b'-';
         if !(1..=64).contains(&self.name.len()) || !self.name.bytes().all(is_plain) {
             let expected = "1 to 64 lower-case letters, digits and dashes".to_owned();
-            return Err(OptionsError::Value { field: "name", expected, value: self.name });
+            let value = format!("{:?}", self.name);
+            return Err(OptionsError::Value { field: "name", expected, value });
         }
         let limits = &self.limits;
         for (field, value, least, most) in [
@@ -329,14 +334,28 @@ impl Options {
             }
         }
         if let Some(tls) = &self.access.tls {
-            for (field, file) in
-                [("tls_ca", &tls.ca), ("tls_certificate", &tls.certificate), ("tls_key", &tls.key)]
-            {
-                std::fs::File::open(file).map_err(|found| OptionsError::Value {
+            for (field, file, content) in [
+                ("tls_ca", &tls.ca, "CERTIFICATE"),
+                ("tls_certificate", &tls.certificate, "CERTIFICATE"),
+                ("tls_key", &tls.key, "PRIVATE KEY"),
+            ] {
+                let found = std::fs::read(file).map(|bytes| {
+                    let text = String::from_utf8_lossy(&bytes);
+                    // Keys are called after their kind too, as in `BEGIN EC PRIVATE KEY`.
+                    text.lines().any(|line| {
+                        line.starts_with("-----BEGIN ") && line.contains(&format!("{content}-----"))
+                    })
+                });
+                let trouble = match found {
+                    Ok(true) => continue,
+                    Ok(false) => format!("there is no {content} in it"),
+                    Err(error) => error.to_string(),
+                };
+                return Err(OptionsError::Value {
                     field,
                     expected: "a file in PEM".to_owned(),
-                    value: format!("{}: {found}", file.display()),
-                })?;
+                    value: format!("{}: {trouble}", file.display()),
+                });
             }
         }
         Ok(self)
@@ -403,7 +422,7 @@ mod tests {
         for (flags, text) in [
             (
                 &["--name", "A b"][..],
-                "`name` must be 1 to 64 lower-case letters, digits and dashes, got A b",
+                "`name` must be 1 to 64 lower-case letters, digits and dashes, got \"A b\"",
             ),
             (&["--workers", "0"], "`workers` must be from 1 to 1024, got 0"),
             (&["--grace-ms", "3"], "`grace_ms` must be from 100 to 86400000, got 3"),
@@ -449,7 +468,7 @@ mod tests {
         let refused = options(&["--config", &path]).unwrap_err();
         assert!(
             refused.ends_with(
-                ": line 3, workers = 'two': invalid type: string \"two\", expected a whole number"
+                ": line 3, workers = 'two': invalid type: string \"two\", expected a whole number from 0 on, and not too large"
             ),
             "{refused}"
         );

@@ -358,7 +358,10 @@ impl ServerSessions {
         let (size, limit) = (u64::from(finished.max_reply), self.options.max_cached_bytes);
         let used: u64 = self.sessions.values().map(|session| u64::from(session.max_reply)).sum();
         let fault = if size > limit {
-            Some(Fault::TooLarge { size, limit })
+            let text = format!(
+                "`num_envs` must leave replies of at most {limit} bytes, `max_cached` of the server, got {size}"
+            );
+            Some(Fault::BadConfig { text })
         } else if used + size > limit {
             Some(Fault::full(used, limit, "bytes of kept replies", "max_cached"))
         } else {

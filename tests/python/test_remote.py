@@ -379,7 +379,7 @@ def test_choices_after_a_restore_are_those_of_the_state_put_back(server):
     [
         (["--listen", "tcp/0.0.0.0:7447"], "is not an address of this machine's loopback and needs mutual TLS"),
         (["--listen", "tcp/localhost:7447"], "is not an address of this machine's loopback and needs mutual TLS"),
-        (["--name", "Big Field"], "`name` must be 1 to 64 lower-case letters, digits and dashes, got Big Field"),
+        (["--name", "Big Field"], '`name` must be 1 to 64 lower-case letters, digits and dashes, got "Big Field"'),
         (["--config", "no/such.toml"], "`no/such.toml`: No such file or directory"),
     ],
 )

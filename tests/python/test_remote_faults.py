@@ -188,7 +188,7 @@ def test_a_retry_goes_on_with_a_resumption_that_took_too_long(server):
         except swath.RemoteTimeout:
             assert time.monotonic() < end_s
     assert all(map(same, here.step(np.float32([0.5])), result))
-    with pytest.raises(swath.RemoteError, match="every call was answered"):
+    with pytest.raises(swath.RemoteError, match="every call that was sent was answered"):
         far.retry()
     far.close()
 

@@ -471,3 +471,14 @@ def test_the_vector_helper_of_stable_baselines3_makes_the_environment_by_its_id(
     env.close()
     expected = [gym.make(ID).reset(seed=3 + row)[0] for row in range(2)]
     assert np.array_equal(first, expected)
+
+
+def test_a_step_that_nobody_asked_for_is_refused():
+    vec = swath.sb3.make_vec_env("swath/MowerRouting-v0", num_envs=2)
+    vec.reset()
+    actions = np.zeros((2, 1), np.float32)
+    vec.step(actions)
+    with pytest.raises(swath.ActionError, match=r"^`step_wait` must follow `step_async`"):
+        vec.step_wait()
+    vec.step_async(actions)
+    vec.step_wait()

@@ -149,6 +149,37 @@ def test_a_name_that_a_client_has_chosen_is_shown_as_it_is_and_cannot_write_to_t
     assert not set(text) & set("\x1b\r\u202e")
 
 
+@pytest.mark.parametrize("width", [40, 60, 80, 100, 200])
+def test_a_narrow_terminal_has_fewer_columns_and_every_number_whole(width):
+    counts = dict.fromkeys(("uptime_ms", "sessions", "faults", "lost"), 9_876_543) | {"envs": 16_384}
+    row = {"lease": "ab12cd34", "client": "tractor", "envs": 16_384, "steps": 987_654_321, "age_ms": 3, "idle_ms": 4}
+    reading = Reading(
+        "tcp/field.example.org:port",
+        "default",
+        counts,
+        905_730.0,
+        123.0,
+        131_072,
+        262_144,
+        sessions=(SessionReading(row, 905_730.0),),
+    )
+    console = Console(file=io.StringIO(), width=width)
+    console.print(_tables([reading], width))
+    words = console.file.getvalue().split()
+    numbers = {word for word in words if any(map(str.isdigit, word)) and not word.startswith(("tcp/", "p"))}
+    whole = {"9876543", "16384", "905,730", "123", "131.1", "262.1", "ab12cd34", "987,654,321", "0.0", "2", "44"}
+    assert numbers <= whole, numbers - whole
+    assert {"16384", "905,730"} <= numbers
+    assert words.count("16384") == 2
+
+
+def test_a_server_that_is_named_twice_is_asked_once(servers, capsys):
+    endpoint = servers[0].endpoint
+    assert main(["top", "--connect", endpoint, "--connect", endpoint, "--once", "--every", "0.1", "--json"]) == 0
+    (reading,) = json.loads(capsys.readouterr().out)
+    assert reading["stats"] is not None
+
+
 @pytest.mark.parametrize("flags", [[], ["--json"]])
 def test_ctrl_c_ends_it_and_says_nothing(servers, flags):
     command = [sys.executable, "-m", "swath", "top", "--connect", servers[0].endpoint, "--every", "0.1", *flags]

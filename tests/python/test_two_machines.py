@@ -244,10 +244,14 @@ def test_certificates_that_cannot_be_made_are_one_line_and_status_2(tmp_path, ar
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("field", ["ca", "certificate", "key"])
-def test_a_file_that_is_not_there_is_named(tmp_path, field):
-    there = tmp_path / "there.pem"
-    there.write_text("")
-    files = {"ca": there, "certificate": there, "key": there, field: tmp_path / "gone.pem"}
+@pytest.mark.parametrize(("field", "content"), [("ca", "CERT"), ("certificate", "CERT"), ("key", "PRIVATE")])
+def test_a_file_that_is_not_there_or_is_another_is_named(folder, tmp_path, field, content):
+    made = folder / "certificates"
+    files = {"ca": made / "ca.pem", "certificate": made / "robot.pem", "key": made / "robot.key.pem"}
+    swath.remote.tls(**files)
     with pytest.raises(swath.ConfigError, match=f"`{field}` must be a file in PEM, got .*gone.pem: No such file"):
-        swath.remote.tls(**files)
+        swath.remote.tls(**{**files, field: tmp_path / "gone.pem"})
+    other = tmp_path / "other.pem"
+    other.write_bytes((files["certificate"] if field == "key" else files["key"]).read_bytes())
+    with pytest.raises(swath.ConfigError, match=f"`{field}` must be .*other.pem: there is no {content}.* in it$"):
+        swath.remote.tls(**{**files, field: other})

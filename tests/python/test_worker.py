@@ -537,6 +537,22 @@ def test_a_trajectory_that_is_gone_is_missed_by_name(server, tmp_path):
     assert not (tmp_path / "sweep" / "episodes.csv").exists()
 
 
+def test_a_dataset_that_is_damaged_or_gone_is_missed_by_name_and_nothing_is_written(server, whole, tmp_path):
+    out = tmp_path / "out"
+    shutil.copytree(whole, out)
+    file = out / "dataset" / "swath" / "snake-v0" / "data" / "main_data.hdf5"
+    file.write_bytes(file.read_bytes()[:300])
+    again = {"connect": server.endpoint, "out": out, "episodes": 24, **FIELD}
+    with pytest.raises(swath.ConfigError, match=r"must hold the dataset as it was written, got a damaged .*main_data"):
+        work("snake", **again)
+    shutil.rmtree(out / "dataset")
+    with pytest.raises(
+        swath.ConfigError, match=r"must hold the dataset of its results, got none in .*dataset: play the"
+    ):
+        work("snake", **again)
+    assert not (out / "dataset").exists()
+
+
 def test_help_tells_every_default(capsys):
     assert main(["worker", "--help"]) == 0
     text = " ".join(capsys.readouterr().out.split())

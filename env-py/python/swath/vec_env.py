@@ -15,7 +15,7 @@ from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 
 from swath import _native
-from swath.errors import ClosedError, ConfigError
+from swath.errors import ActionError, ClosedError, ConfigError
 from swath.evaluation.study import whole
 from swath.options import bytes_of, weeds_of
 from swath.remote.batch import RemoteBatch
@@ -214,11 +214,15 @@ class MowerRoutingVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is r
 
         Raises:
             ActionError: If the actions have another shape or one of them cannot be carried out (the message names its
-                row), and before the first reset; nothing has moved then.
+                row), before the first reset, and without a `step_async` before; nothing has moved then.
             ClosedError: After `close`.
         """
+        actions, self._actions = self._actions, None
+        if actions is None:
+            text = "`step_wait` must follow `step_async`, which has the actions"
+            raise ActionError(text)
         elapsed_s = time.time() - self._start_s
-        observations, rewards, dones, infos, ended = self._core.step_flat(self._actions, elapsed_s)
+        observations, rewards, dones, infos, ended = self._core.step_flat(actions, elapsed_s)
         if ended:
             self._write_reset_infos(ended)
         return observations, rewards, dones, infos

@@ -30,7 +30,7 @@ pub enum ClientError {
     #[error("a session is open already")]
     IsOpen,
     /// Nothing can be tried again.
-    #[error("every call was answered")]
+    #[error("every call that was sent was answered")]
     NothingToRetry,
     /// Two servers answer to one name.
     #[error("two servers have the same name")]

@@ -17,9 +17,10 @@ from swath.errors import ConfigError
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from rich.console import RenderableType
+    from rich.console import JustifyMethod, RenderableType
+    from rich.table import Table
 
-    from swath.remote.watch import Reading, Watch
+    from swath.remote.watch import Reading, SessionReading, Watch
 
 __all__ = ["top"]
 
@@ -28,6 +29,27 @@ _WIDTH = 120
 """Of a table that is not on a terminal, characters."""
 _MOST_CHARACTERS = 64
 """Of a client's name."""
+_SERVER_COLUMNS = (
+    "server",
+    "up",
+    "sessions",
+    "envs",
+    "steps/s",
+    "asked/s",
+    "p50",
+    "p99",
+    "faults",
+    "lost",
+    "endpoint",
+)
+_SESSION_COLUMNS = ("session", "envs", "steps", "steps/s", "age", "idle", "server", "client")
+_TEXTS = ("server", "endpoint", "session", "client")
+_FOLDED = ("endpoint", "client")
+_FIRST_LEFT_OUT = ("lost", "asked/s", "faults", "p50", "up", "p99", "sessions")
+_FIRST_LEFT_OUT_OF_SESSIONS = ("idle", "age", "server", "steps", "client")
+"""Columns for which a terminal is first too narrow."""
+_SIDE, _BETWEEN = 1, 2
+"""Characters before the first column, and after each."""
 
 
 def top(
@@ -93,55 +115,76 @@ def _show(looks: Iterator[list[Reading]]) -> None:
         return
     with Live(auto_refresh=False) as live:
         for readings in looks:
-            live.update(_tables(readings), refresh=True)
+            live.update(_tables(readings, live.console.width), refresh=True)
 
 
-def _tables(readings: Sequence[Reading]) -> RenderableType:
-    from rich import box
+def _tables(readings: Sequence[Reading], width: int = _WIDTH) -> RenderableType:
     from rich.console import Group
+
+    servers = [_server_cells(reading) for reading in readings]
+    sessions = [_session_cells(reading, session) for reading in readings for session in reading.sessions]
+    tables = [_table(servers, _SERVER_COLUMNS, _FIRST_LEFT_OUT, width)]
+    if sessions:
+        tables.append(_table(sessions, _SESSION_COLUMNS, _FIRST_LEFT_OUT_OF_SESSIONS, width))
+    return Group(*tables)
+
+
+def _server_cells(reading: Reading) -> list[str]:
+    stats = reading.stats
+    if stats is None:
+        return [reading.server, "silent", *[""] * (len(_SERVER_COLUMNS) - 3), reading.endpoint]
+    return [
+        reading.server,
+        _time(stats["uptime_ms"]),
+        str(stats["sessions"]),
+        str(stats["envs"]),
+        _rate(reading.steps_per_s),
+        _rate(reading.requests_per_s),
+        _latency(reading.latency_p50_us),
+        _latency(reading.latency_p99_us),
+        str(stats["faults"]),
+        str(stats["lost"]),
+        reading.endpoint,
+    ]
+
+
+def _session_cells(reading: Reading, session: SessionReading) -> list[str]:
+    row = session.stats
+    return [
+        row["lease"],
+        str(row["envs"]),
+        f"{row['steps']:,}",
+        _rate(session.steps_per_s),
+        _time(row["age_ms"]),
+        _time(row["idle_ms"]),
+        reading.server,
+        _printable(row["client"]) or "-",
+    ]
+
+
+def _table(rows: Sequence[Sequence[str]], columns: Sequence[str], first_left_out: Sequence[str], width: int) -> Table:
+    """Returns a table that is not wider than that: rather without a column than without the last digits of a number."""
+    from rich import box
+    from rich.cells import cell_len
     from rich.table import Table
     from rich.text import Text
 
-    servers, sessions = (Table(box=box.SIMPLE, padding=(0, 1, 0, 0)) for _ in range(2))
-    for table, names in (
-        (servers, "server up sessions envs steps/s asked/s p50 p99 faults lost endpoint"),
-        (sessions, "session envs steps steps/s age idle server client"),
-    ):
-        for name in names.split():
-            is_text = name in ("server", "endpoint", "session", "client")
-            table.add_column(name, justify="left" if is_text else "right", no_wrap=name != "endpoint", overflow="fold")
-    for reading in readings:
-        stats = reading.stats
-        if stats is None:
-            servers.add_row(reading.server, "silent", *[""] * 8, Text(reading.endpoint))
-            continue
-        servers.add_row(
-            reading.server,
-            _time(stats["uptime_ms"]),
-            str(stats["sessions"]),
-            str(stats["envs"]),
-            _rate(reading.steps_per_s),
-            _rate(reading.requests_per_s),
-            _latency(reading.latency_p50_us),
-            _latency(reading.latency_p99_us),
-            str(stats["faults"]),
-            str(stats["lost"]),
-            # An address of IPv6 has brackets, which would be read as markup.
-            Text(reading.endpoint),
-        )
-        for session in reading.sessions:
-            row = session.stats
-            sessions.add_row(
-                row["lease"],
-                str(row["envs"]),
-                f"{row['steps']:,}",
-                _rate(session.steps_per_s),
-                _time(row["age_ms"]),
-                _time(row["idle_ms"]),
-                reading.server,
-                Text(_printable(row["client"]) or "-"),
-            )
-    return Group(servers, sessions) if sessions.rows else servers
+    widths = {
+        name: _BETWEEN + max(cell_len(text) for text in (name, *cells))
+        for name, cells in zip(columns, zip(*rows, strict=True), strict=True)
+    }
+    for name in first_left_out:
+        if _SIDE + sum(widths.values()) <= width:
+            break
+        del widths[name]
+    table = Table(box=box.SIMPLE, padding=(0, 1, 0, 0))
+    for name in widths:
+        justify: JustifyMethod = "left" if name in _TEXTS else "right"
+        table.add_column(name, justify=justify, no_wrap=name not in _FOLDED, overflow="fold")
+    for row in rows:
+        # An address of IPv6 has brackets, which would be read as markup.
+        table.add_row(*[Text(cell) for name, cell in zip(columns, row, strict=True) if name in widths])
+    return table
 
 
 def _printable(name: str) -> str:

@@ -280,11 +280,11 @@ class RemoteBatch:
             self._turn.release()
 
     def _call_alone(self, begin: Callable[[int], None], finish: Callable[[], Any], most_s: float) -> Any:  # noqa: ANN401
-        for part, link in enumerate(self._links):
+        for number, link in enumerate(self._links):
             if most_s == float("inf"):
                 link.look_for_low_latency_again()
             # Another answer to the last question, of a server that should not be there.
-            self._take_in_late(part)
+            self._take_in_late(number)
         try:
             begin(self._now_ms())
             self._finish = finish

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 
 from swath.errors import ConfigError
@@ -21,15 +22,20 @@ def tls(
         key: The private key of the client's certificate, PEM.
 
     Raises:
-        ConfigError: If a file cannot be read.
+        ConfigError: If a file cannot be read, or is not what it should be.
     """
     files = {"ca": Path(ca), "certificate": Path(certificate), "key": Path(key)}
     for field, file in files.items():
+        content = "PRIVATE KEY" if field == "key" else "CERTIFICATE"
         try:
-            file.read_bytes()
+            # Keys are called after their kind too, as in `BEGIN EC PRIVATE KEY`.
+            is_fine = re.search(rf"^-----BEGIN [A-Z ]*{content}-----".encode(), file.read_bytes(), re.MULTILINE)
+            trouble = None if is_fine else f"there is no {content} in it"
         except OSError as error:
-            text = f"`{field}` must be a file in PEM, got {file}: {error.strerror}"
-            raise ConfigError(text) from None
+            trouble = error.strerror
+        if trouble is not None:
+            text = f"`{field}` must be a file in PEM, got {file}: {trouble}"
+            raise ConfigError(text)
     return {
         "transport/link/tls": {
             "root_ca_certificate": str(files["ca"]),

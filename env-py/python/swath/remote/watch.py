@@ -112,7 +112,8 @@ class Watch:
             RemoteError: If there is nobody at any endpoint.
             ModuleNotFoundError: If `eclipse-zenoh` is not installed; the message names the extra.
         """
-        self._places = [(endpoint, server) for endpoint in connect for server in servers]
+        # One that is named twice is asked once.
+        self._places = list(dict.fromkeys((endpoint, server) for endpoint in connect for server in servers))
         self._links: dict[tuple[str, str], Link] = {}
         self._before: dict[tuple[str, str], Stats] = {}
         self._timeout_s, self._zenoh = timeout_s, zenoh

@@ -6,8 +6,9 @@ import shutil
 from typing import TYPE_CHECKING
 
 from swath.datasets.dataset import BATCH, name_of, write
+from swath.errors import ConfigError
 from swath.evaluation.results import Results
-from swath.rollouts.store import DATASET
+from swath.rollouts.store import DATASET, ELSEWHERE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -31,7 +32,7 @@ def merge(store: Store) -> tuple[Results, Path] | None:
         The results and the folder of the dataset; None while episodes are missing.
 
     Raises:
-        ConfigError: If a trajectory is missing or damaged.
+        ConfigError: If a trajectory is missing or damaged, or the dataset is.
         OSError: If a file cannot be written.
     """
     sweep = store.sweep
@@ -42,13 +43,29 @@ def merge(store: Store) -> tuple[Results, Path] | None:
     datasets = store.folder / DATASET
     dataset = datasets / name_of(sweep.label)
     with store.alone():
-        if not dataset.exists():
+        if dataset.exists():
+            _check(dataset)
+        else:
+            store.check_trajectories()
             for unfinished in datasets.glob(".unfinished-*"):
                 shutil.rmtree(unfinished)
             write(datasets, name_of(sweep.label), sweep.scenario, sweep.label, _batches(store))
         results.write(store.folder)
         store.drop_trajectories()
     return results, dataset
+
+
+def _check(dataset: Path) -> None:
+    """Refuses a dataset that can no longer be read: its trajectories stand nowhere else."""
+    import h5py  # type: ignore[import-untyped]
+
+    file = dataset / "data" / "main_data.hdf5"
+    try:
+        with h5py.File(file):
+            return
+    except OSError:
+        text = f"`out` must hold the dataset as it was written, got a damaged or missing {file}: {ELSEWHERE}"
+    raise ConfigError(text)
 
 
 def _batches(store: Store) -> Iterator[Sequence[Recorded]]:

@@ -23,9 +23,11 @@ if TYPE_CHECKING:
     from swath.evaluation.row import Row, Task
     from swath.rollouts.sweep import Shard, Sweep
 
-__all__ = ["DATASET", "Store"]
+__all__ = ["DATASET", "ELSEWHERE", "Store"]
 
 DATASET = "dataset"
+ELSEWHERE = "play the sweep into another folder"
+"""What is to be done where trajectories are gone."""
 _FILES = {DATASET, "episodes.csv", "summary.json"}
 
 
@@ -86,6 +88,17 @@ class Store:
             ConfigError: If it is missing or damaged.
         """
         return trajectory.read(self._path(self.sweep.shard_of(instance), instance))
+
+    def check_trajectories(self) -> None:
+        """Refuses to begin a dataset where there was one, whose trajectories are gone with it.
+
+        Raises:
+            ConfigError: If so.
+        """
+        has_results = (self.folder / "episodes.csv").exists()
+        if has_results and not self._path(self.sweep.shard_of(0), 0).exists():
+            text = f"`out` must hold the dataset of its results, got none in {self.folder / DATASET}: {ELSEWHERE}"
+            raise ConfigError(text)
 
     def drop_trajectories(self) -> None:
         """Removes the trajectories, which stand in the dataset by now."""

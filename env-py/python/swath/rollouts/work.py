@@ -154,11 +154,11 @@ def work(
         return [instance for instance in mine if (0, label, instance) not in journal.rows]
 
     pending = left()
-    try:
-        with closing(_Servers(open_batch)) as servers:
-            if pending:
-                # Before anything is written.
-                servers.batch(len(pending[:num_envs]))
+    with closing(_Servers(open_batch)) as servers:
+        if pending:
+            # Before anything is written.
+            servers.batch(len(pending[:num_envs]))
+        try:
             with journal, Progress("episodes", len(mine), is_wanted=progress) as bar:
                 # Opening takes a while, in which another worker may have played some of them.
                 pending = left()
@@ -168,9 +168,9 @@ def work(
                     for row, episode in _played(servers.batch(len(wave)), driver, sweep, wave):
                         store.keep(journal, part, episode, row)
                         bar.advance(1)
-    except RemoteError as error:
-        text = f"{error}; the same command goes on from here"
-        raise type(error)(text) from error
+        except RemoteError as error:
+            text = f"{error}; the same command goes on from here"
+            raise type(error)(text) from error
     merged = merge(store)
     results, dataset = (None, None) if merged is None else merged
     missing = len(sweep) - len(store.rows())
