@@ -117,7 +117,7 @@ def test_a_certificate_that_nobody_lists_gets_silence(folder, endpoints):
 
 
 def test_a_certificate_of_another_authority_does_not_get_in(folder, endpoints):
-    text = f"no server at {endpoints[0]}: .*; nobody listens there, or the certificates do not fit$"
+    text = f"no server at {endpoints[0]}: nobody listens there, or the certificates do not fit$"
     with pytest.raises(swath.RemoteError, match=text):
         swath.remote.make(ENV_ID, connect=endpoints[0], server="field", zenoh=papers(folder, "robot", "foreign"))
 

@@ -127,9 +127,12 @@ def opened(config: zenoh.Config, endpoint: str) -> zenoh.Session:
     try:
         return _opened(zenoh, config)
     except zenoh.ZError as error:
-        # Whoever refuses a certificate says nothing to the other end.
-        perhaps = "; nobody listens there, or the certificates do not fit" if endpoint.startswith("tls/") else ""
-        text = f"no server at {endpoint}: {_first_line(error)}{perhaps}"
+        why = _first_line(error)
+        if why.startswith("Unable to connect"):
+            # Whoever refuses a certificate says nothing to the other end.
+            or_else = ", or the certificates do not fit" if endpoint.startswith("tls/") else ""
+            why = f"nobody listens there{or_else}"
+        text = f"no server at {endpoint}: {why}"
         raise RemoteError(text) from None
 
 
