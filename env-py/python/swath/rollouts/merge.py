@@ -57,7 +57,7 @@ def merge(store: Store) -> tuple[Results, Path] | None:
 
 def _check(dataset: Path) -> None:
     """Refuses a dataset that can no longer be read: its trajectories stand nowhere else."""
-    import h5py  # type: ignore[import-untyped]
+    import h5py
 
     file = dataset / "data" / "main_data.hdf5"
     try:
