@@ -176,7 +176,7 @@ test-faults: build-release server ## all that servers promise, at full size, kil
 	cargo test --locked -p swath-tests --test exactly_once --test wire_garbage -- --nocapture --test-threads 1 \
 	  2>&1 | tee out/faults/machines.txt
 	cargo test --locked -p swath-server --test over_zenoh -- --nocapture --test-threads 1 2>&1 | tee out/faults/zenoh.txt
-	OMP_NUM_THREADS=1 python -m pytest $(addprefix tests/python/test_,$(addsuffix .py,remote remote_bits remote_exits remote_faults remote_low_latency remote_threads two_machines worker))
+	OMP_NUM_THREADS=1 python -m pytest $(addprefix tests/python/test_,$(addsuffix .py,remote remote_bits remote_exits remote_faults remote_low_latency remote_network remote_threads remote_unanswered two_machines worker))
 	@$(MAKE) --no-print-directory test-ray
 	@python -m benchmarks.faults out/faults/machines.txt out/faults/zenoh.txt
 
