@@ -95,7 +95,7 @@ class Network:
         (100, False),
         (100, True),
         pytest.param(800, False, marks=pytest.mark.slow),
-        pytest.param(800, True, marks=pytest.mark.slow),
+        pytest.param(240, True, marks=pytest.mark.slow),
     ],
 )
 def test_whatever_the_network_does_every_call_is_carried_out_once_and_as_it_is_here(calls, resume):
