@@ -45,10 +45,12 @@ from swath.throughput import Tape, record
 Way: TypeAlias = "Callable[[list[Any]], float | None]"
 ROOT = Path(__file__).resolve().parent.parent
 OUT = Path("out/bench")
-# Steps of a block and of a round, by the number of environments: a block takes some milliseconds.
+# Steps of a block and of a round, by the number of environments: a block takes some ten milliseconds, so that what the
+# other side left in the caches counts for little.
 ONE = 100
-BLOCK = {1: 100, 64: 40, 1024: 10, 4096: 4}
-ROUND = {1: 1000, 64: 800, 1024: 400, 4096: 120}
+BLOCK = {1: 100, 64: 40, 1024: 10, 4096: 10}
+ROUND = {1: 1000, 64: 800, 1024: 400, 4096: 300}
+ROUNDS = 10
 
 
 def main() -> None:
@@ -57,7 +59,7 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="one short round, written to out/bench only")
     arguments = parser.parse_args()
     os.environ["OMP_NUM_THREADS"] = "1"
-    figures = measure(rounds=1 if arguments.quick else 5)
+    figures = measure(rounds=1 if arguments.quick else ROUNDS)
     folder = OUT if arguments.quick else ROOT
     text = page.text(figures, "make bench-remote QUICK=1" if arguments.quick else "make bench-remote")
     write_whole(folder / "REMOTE.md", text)
@@ -68,7 +70,7 @@ def main() -> None:
 def measure(rounds: int) -> Figures:
     """Everything once a round, and before that once for nothing."""
     OUT.mkdir(parents=True, exist_ok=True)
-    figures = Figures(loads=[machine.load()])
+    figures = Figures(loads=[machine.load()], rounds=rounds)
     tapes = {kind: record(kind.blocks) for kind in (SHORT, FULL)}
     cases = [(kind, num_envs) for num_envs in BATCHES for kind in (SHORT, FULL)]
     with ExitStack() as stack:

@@ -8,6 +8,10 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
+import numpy as np
+
+_RESAMPLES = 2000
+
 T = TypeVar("T")
 
 
@@ -47,6 +51,20 @@ def drive(local: Callable[[Any], object], remote: Callable[[Any], object], tape:
             times_us.append(timed(step, tape[start : start + block]))
         sides.reverse()
     return pair
+
+
+def interval(numbers: Sequence[float], rounds: int) -> tuple[float, float] | None:
+    """The 95 % interval of the median, by bootstrap over whole rounds: blocks of a round disturb each other's figures.
+
+    None of a single round, or where rounds have not as many numbers each.
+    """
+    if rounds < 2 or not numbers or len(numbers) % rounds != 0:
+        return None
+    of_rounds = np.reshape(numbers, (rounds, -1))
+    drawn = np.random.default_rng(0).integers(rounds, size=(_RESAMPLES, rounds))
+    medians = np.median(of_rounds[drawn].reshape(_RESAMPLES, -1), axis=1)
+    low, high = np.quantile(medians, [0.025, 0.975])
+    return float(low), float(high)
 
 
 def spread(numbers: Sequence[float]) -> tuple[float, float, float]:

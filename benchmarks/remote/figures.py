@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import statistics
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -50,6 +49,7 @@ class Figures:
         missing: Why a peer was not measured.
         versions: What each side ran with.
         loads: Load average before, and after each round.
+        rounds: In how many rounds; each has as many blocks.
     """
 
     one: Pair = field(default_factory=Pair)
@@ -60,14 +60,15 @@ class Figures:
     missing: dict[str, str] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
     loads: list[float] = field(default_factory=list)
+    rounds: int = 1
 
-    def share_of(self, other: str, *, usual: bool) -> float | None:
-        """One remote environment's time by that of another way: the median of the blocks' ratios."""
+    def shares_of(self, other: str, *, usual: bool) -> list[float]:
+        """One remote environment's time by that of another way, block by block; empty if that was not measured."""
         others = self.others.get(other, [])
         if not others or other in self.missing:
-            return None
+            return []
         ours = self.usual_us if usual else self.one.remote_us
-        return statistics.median(own / theirs for own, theirs in zip(ours, others, strict=True))
+        return [own / theirs for own, theirs in zip(ours, others, strict=True)]
 
     def added_us(self, kind: Kind, num_envs: int) -> list[float]:
         """What the wire adds to each environment's step, block by block, microseconds."""

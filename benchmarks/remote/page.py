@@ -5,7 +5,7 @@ from __future__ import annotations
 import statistics
 from collections.abc import Iterable, Sequence
 
-from benchmarks.remote.blocks import spread
+from benchmarks.remote.blocks import interval, spread
 from benchmarks.remote.figures import BATCHES, FULL, PEERS, SHORT, USUAL, Figures
 from benchmarks.throughput import machine
 
@@ -15,6 +15,7 @@ one environment a second one beside it runs with `--low-latency=off`.
 Local and remote environments drive the same tape, laps of `snake` on 16 pastures with 160 weeds, block by block
 in turn, and who begins takes turns too; row i of a batch is on pasture i modulo 16.
 A step is a call of `step` in Python, with all that it returns; a figure is the median over blocks, with the quartiles.
+The interval of a target's figure is that of the median, by bootstrap over whole rounds.
 What the wire adds is the median of the differences between a remote block and the local block beside it, divided by the
 number of environments. Local batches step on one thread, and so do those on the server.
 Local environments have the same Python around them as remote ones, and form no infos where those send none.
@@ -47,18 +48,20 @@ def targets(figures: Figures) -> str:
     rows = []
     for usual, how in ((False, ""), (True, f", `{USUAL}`")):
         for peer, name in PEERS.items():
-            share = figures.share_of(peer, usual=usual)
-            rows.append(_row(f"one remote environment's step, of {name}'s{how}", 0.5, share, ""))
+            shares = figures.shares_of(peer, usual=usual)
+            rows.append(_row(f"one remote environment's step, of {name}'s{how}", 0.5, shares, figures.rounds, ""))
     for num_envs, most_us in ((1024, 0.5), (4096, 0.3)):
         what = f"what the wire adds to an environment's step, batch of {num_envs}, {SHORT.name}"
-        rows.append(_row(what, most_us, statistics.median(figures.added_us(SHORT, num_envs)), " us"))
-    return _table(["", "at most", "measured", ""], rows)
+        rows.append(_row(what, most_us, figures.added_us(SHORT, num_envs), figures.rounds, " us"))
+    return _table(["", "at most", "measured", "95 % interval", ""], rows)
 
 
-def _row(what: str, most: float, measured: float | None, unit: str) -> list[str]:
-    if measured is None:
-        return [what, f"{most}{unit}", "-", "not compared"]
-    return [what, f"{most}{unit}", f"{measured:.3f}{unit}", "met" if measured <= most else "**missed**"]
+def _row(what: str, most: float, blocks: Sequence[float], rounds: int, unit: str) -> list[str]:
+    if not blocks:
+        return [what, f"{most}{unit}", "-", "-", "not compared"]
+    measured, likely = statistics.median(blocks), interval(blocks, rounds)
+    between = "-" if likely is None else f"{likely[0]:.3f} to {likely[1]:.3f}"
+    return [what, f"{most}{unit}", f"{measured:.3f}{unit}", between, "met" if measured <= most else "**missed**"]
 
 
 def _machine(figures: Figures, command: str) -> str:
@@ -76,8 +79,8 @@ def _one(figures: Figures) -> str:
     pairs = zip(figures.one.remote_us, figures.usual_us, strict=True)
     rows[1][-1] = f"{statistics.median(own / usual for own, usual in pairs):.2f}"
     for other, name in {"echo": "Zenoh alone", **PEERS}.items():
-        shares = [figures.share_of(other, usual=usual) for usual in (False, True)]
-        ratios = ["not compared" if share is None else f"{share:.2f}" for share in shares]
+        shares = [figures.shares_of(other, usual=usual) for usual in (False, True)]
+        ratios = [f"{statistics.median(of_blocks):.2f}" if of_blocks else "not compared" for of_blocks in shares]
         rows.append([name, _cell(figures.others.get(other, [])), *ratios])
     head = ["32 floats, no infos", "a step, us", "swath, remote, by this", f"`{USUAL}`, by this"]
     return _table(head, rows)

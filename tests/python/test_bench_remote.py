@@ -5,7 +5,7 @@ import pickle
 import gymnasium as gym
 import numpy as np
 import pytest
-from benchmarks.remote.blocks import Pair, drive
+from benchmarks.remote.blocks import Pair, drive, interval
 from benchmarks.remote.figures import BATCHES, FULL, SHORT, Figures
 from benchmarks.remote.local import LocalEnv, LocalVecEnv
 from benchmarks.remote.page import targets
@@ -28,20 +28,33 @@ def figures():
         batches=pairs,
         others={"echo": [140.0, 140.0], "dm_env_rpc": [400.0, 500.0]},
         missing={"openenv": "its environment could not be made"},
+        rounds=2,
     )
 
 
 def test_each_target_is_judged_by_the_median_of_pairs_and_what_did_not_run_is_not_compared():
     lines = targets(figures()).splitlines()[2:]
-    assert [line.split(" | ")[-2:] for line in lines] == [
-        ["0.325", "met |"],
-        ["-", "not compared |"],
-        ["0.487", "met |"],
-        ["-", "not compared |"],
-        ["0.400 us", "met |"],
-        ["0.400 us", "**missed** |"],
+    assert [line.split(" | ")[-3:] for line in lines] == [
+        ["0.325", "0.250 to 0.400", "met |"],
+        ["-", "-", "not compared |"],
+        ["0.487", "0.375 to 0.600", "met |"],
+        ["-", "-", "not compared |"],
+        ["0.400 us", "0.400 to 0.400", "met |"],
+        ["0.400 us", "0.400 to 0.400", "**missed** |"],
     ]
     assert "- openenv: its environment could not be made" in page(figures(), "make bench-remote")
+
+
+def test_the_interval_of_a_median_is_as_wide_as_rounds_differ_and_none_of_one_round():
+    rng = np.random.default_rng(1)
+    rounds, blocks = 100, 9
+    of_rounds = rng.normal(5.0, 1.0, rounds)
+    low, high = interval(np.repeat(of_rounds, blocks).tolist(), rounds)
+    # The median of a hundred normal numbers strays by 1.253 / 10 of their deviation, however many blocks a round has.
+    assert high - low == pytest.approx(2 * 1.96 * 0.1253, rel=0.35)
+    assert low < np.median(of_rounds) < high
+    assert interval([1.0, 2.0], 1) is None
+    assert interval([1.0, 2.0, 3.0], 2) is None
 
 
 def test_both_sides_drive_the_same_tape_and_take_turns_in_beginning():
