@@ -19,8 +19,8 @@ fn every_request_is_carried_out_once_and_every_client_sees_its_replies() {
     for seed in 0..seeds {
         let tally = ran(seed, Weather::default(), clients, steps);
         // The run has met what it is about.
-        let Tally { closed, seen_lost, resumed, crashes, timeouts, restarts, .. } = tally;
-        let met = [closed, seen_lost, resumed, crashes, timeouts, restarts];
+        let Tally { restored, closed, seen_lost, resumed, crashes, timeouts, restarts, .. } = tally;
+        let met = [restored, closed, seen_lost, resumed, crashes, timeouts, restarts];
         assert!(met.iter().all(|&count| count > 0), "{tally:?}");
         measured(&format!("seed {seed}: {tally:?}"));
         steps_seen += tally.stepped;

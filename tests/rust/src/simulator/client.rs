@@ -6,7 +6,7 @@ use swath_wire::codec;
 use swath_wire::fault::{Fault, Loss};
 use swath_wire::header::{Header, Verb};
 use swath_wire::message::{
-    AutoresetMode, CloseReply, Open, Reset, Seeds, Snapshot, SnapshotReply, Step,
+    AutoresetMode, CloseReply, Open, Reset, Restore, Seeds, Snapshot, SnapshotReply, Step,
 };
 use swath_wire::resume::{ResumeOptions, ResumingSession};
 
@@ -42,6 +42,8 @@ pub(super) enum Ask {
     Reset(u64),
     Step(u64),
     Snapshot,
+    /// The state of a snapshot of any time.
+    Restore(u64),
     Close,
 }
 
@@ -147,6 +149,8 @@ impl World {
             Ask::Reset(dice.bits())
         } else if dice.one_in(50) {
             Ask::Snapshot
+        } else if dice.one_in(40) {
+            Ask::Restore(dice.bits())
         } else {
             Ask::Step(dice.bits())
         };
@@ -191,6 +195,10 @@ impl World {
                 machine.call(now_ms, Verb::Step, &Step { actions: vec![&action.to_le_bytes()] })
             }
             Ask::Snapshot => machine.call(now_ms, Verb::Snapshot, &Snapshot { env: None }),
+            Ask::Restore(state) => {
+                let data = &state.to_le_bytes();
+                machine.call(now_ms, Verb::Restore, &Restore { env: None, data })
+            }
             Ask::Close => machine.call_empty(now_ms, Verb::Close),
             Ask::Nothing => unreachable!("there is something to ask"),
         };
@@ -263,10 +271,11 @@ impl World {
             Ask::Open => {
                 (me.has_reset, me.session_left) = (false, 50 + self.dice.below(150));
             }
-            Ask::Reset(seed) => {
-                assert_eq!(codec::read::<u64>(payload).expect("a number"), seed);
+            Ask::Reset(state) | Ask::Restore(state) => {
+                assert_eq!(codec::read::<u64>(payload).expect("a number"), state);
                 assert!(me.is_resuming || header.seq + 1 == me.machine.next_seq());
-                (me.state, me.has_reset) = (seed, true);
+                (me.state, me.has_reset) = (state, true);
+                self.tally.restored += u64::from(matches!(me.ask, Ask::Restore(_)));
             }
             Ask::Step(action) => {
                 me.state = stepped(me.state, action);
@@ -300,7 +309,7 @@ impl World {
         let now_ms = self.now_ms;
         let me = &mut self.clients[client];
         assert!(me.machine.is_in_doubt());
-        let is_numbered = matches!(me.ask, Ask::Step(_) | Ask::Reset(_));
+        let is_numbered = matches!(me.ask, Ask::Step(_) | Ask::Reset(_) | Ask::Restore(_));
         let step = Step { actions: vec![&[0; 8]] };
         if is_numbered {
             let again = me.machine.call(now_ms, Verb::Step, &step);

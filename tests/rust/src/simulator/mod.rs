@@ -98,6 +98,8 @@ pub struct Tally {
     pub executed: u64,
     /// Steps whose replies a client was given.
     pub stepped: u64,
+    /// States that a client has put back.
+    pub restored: u64,
     /// Sessions that were opened.
     pub opened: u64,
     /// Sessions that a client closed.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use swath_wire::codec;
 use swath_wire::header::{Header, Kind, Verb};
-use swath_wire::message::{Limits, Open, OpenReply, Reset, Seeds, SnapshotReply, Step};
+use swath_wire::message::{Limits, Open, OpenReply, Reset, Restore, Seeds, SnapshotReply, Step};
 use swath_wire::server::{Finished, Job, QueryId, ServerOptions, ServerOutput, ServerSessions};
 
 use super::{ATTEMPT_MS, Event, Sender, World};
@@ -33,6 +33,10 @@ pub(super) fn stepped(state: u64, action: u64) -> u64 {
     mixed(state.rotate_left(7) ^ action)
 }
 
+fn number(bytes: &[u8]) -> u64 {
+    u64::from_le_bytes(bytes.try_into().expect("eight bytes"))
+}
+
 impl Toy {
     fn answer(&mut self, header: &Header, payload: &[u8]) -> Vec<u8> {
         let Kind::Request(verb) = header.kind else { unreachable!() };
@@ -45,16 +49,20 @@ impl Toy {
         }
         assert_eq!(header.seq, self.journal.len() as u64 + 1, "carried out once, and in order");
         self.journal.push(header.seq);
-        self.state = if verb == Verb::Reset {
-            let reset: Reset = codec::read(payload).expect("a client writes it");
-            let Seeds::One(seed) = reset.seeds else { unreachable!() };
-            seed
-        } else {
-            let step: Step = codec::read(payload).expect("a client writes it");
-            stepped(
-                self.state,
-                u64::from_le_bytes(step.actions[0].try_into().expect("eight bytes")),
-            )
+        self.state = match verb {
+            Verb::Reset => {
+                let reset: Reset = codec::read(payload).expect("a client writes it");
+                let Seeds::One(seed) = reset.seeds else { unreachable!() };
+                seed
+            }
+            Verb::Restore => {
+                let restore: Restore = codec::read(payload).expect("a client writes it");
+                number(restore.data)
+            }
+            _ => {
+                let step: Step = codec::read(payload).expect("a client writes it");
+                stepped(self.state, number(step.actions[0]))
+            }
         };
         codec::write(&reply, &self.state).expect("it is short")
     }
@@ -144,7 +152,6 @@ impl World {
         let (_, payload) = Header::read(&job.message).expect("it was read before");
         if job.header.kind == Kind::Request(Verb::Open) {
             let open: Open = codec::read(payload).expect("a client writes it");
-            let number = |bytes: &[u8]| u64::from_le_bytes(bytes.try_into().expect("eight bytes"));
             let state = open.snapshot.map_or(0, number);
             let is_new = server.envs.insert(job.sid, Toy { state, journal: Vec::new() });
             assert!(is_new.is_none());
