@@ -340,8 +340,14 @@ impl ResumingSession {
             (_, Err(error @ ClientError::Timeout { .. })) => Some(Err(error)),
             (Stage::Opening, Ok(message)) => self.on_opened(now_ms, &message),
             (Stage::Opening, Err(error)) => {
+                // Another server may take it, or the same one with other settings.
                 self.is_lost = true;
-                Some(Err(error))
+                Some(Err(match error {
+                    ClientError::Fault(fault) if !matches!(fault, Fault::Capacity { .. }) => {
+                        ClientError::NotResumable(fault)
+                    }
+                    error => error,
+                }))
             }
             (Stage::Replaying(place), Ok(message)) => {
                 let before = self.memory.as_ref()?.entry(place)?.reply;

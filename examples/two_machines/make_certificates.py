@@ -42,7 +42,11 @@ def main() -> int:
     if problem:
         print(f"make_certificates: {problem}", file=sys.stderr)
         return 2
-    arguments.out.mkdir(mode=0o700, parents=True, exist_ok=True)
+    try:
+        arguments.out.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except OSError as error:
+        print(f"make_certificates: cannot use {error.filename}: {error.strerror}", file=sys.stderr)
+        return 2
     if not (arguments.out / "ca.pem").exists():
         make_authority(arguments.out, arguments.days)
     listeners = dict(map(read_listener, arguments.listener))
@@ -59,8 +63,8 @@ def main() -> int:
 
 def read_listener(text: str) -> tuple[str, list[str]]:
     """Returns the name and the hosts."""
-    name, _, hosts = text.partition("=")
-    return name, hosts.split(",") if hosts else []
+    name, equals, hosts = text.partition("=")
+    return name, hosts.split(",") if equals else []
 
 
 def problem_of(arguments: argparse.Namespace) -> str | None:

@@ -129,9 +129,22 @@ def test_an_error_of_ray_without_a_text_is_called_by_its_kind(monkeypatch):
     def fail(*_, **__):
         raise ConnectionError
 
+    monkeypatch.delenv("RAY_ADDRESS", raising=False)
     monkeypatch.setattr(ray, "init", fail)
-    with pytest.raises(swath.SwathError, match=r"^Ray has given up on the sweep: ConnectionError$"):
+    with pytest.raises(swath.SwathError, match=r"^Ray cannot be started: ConnectionError$"):
         swath.evaluate("jump", scenario="cowbot-field", instances=1, backend="ray")
+
+
+def test_ray_that_does_not_start_is_one_line_and_status_2(tmp_path, monkeypatch, capfd):
+    monkeypatch.delenv("RAY_ADDRESS", raising=False)
+    # Longer than the name of a socket may be.
+    monkeypatch.setenv("RAY_TMPDIR", str(tmp_path / ("x" * 110)))
+    (tmp_path / ("x" * 110)).mkdir()
+    arguments = ["--agents", "jump", "--instances", "1", "--out", str(tmp_path / "out")]
+    assert main(["evaluate", "cowbot-field", *arguments, "--backend", "ray"]) == 2
+    last = capfd.readouterr().err.splitlines()[-1]
+    assert last.startswith("swath: Ray cannot be started: ")
+    assert "107 bytes" in last
 
 
 def test_a_cluster_that_is_not_there_is_one_line_and_status_2(monkeypatch, capfd):

@@ -231,6 +231,8 @@ def test_a_clients_certificate_cannot_pass_for_the_router(folder):
         (["ca"], "`NAME` must be 1 to 64 letters, digits, dashes and underscores, and not ca, got 'ca'"),
         (["a/b"], "`NAME` must be 1 to 64 letters"),
         (["--listener", "a=b,c/d"], "`--listener` must have addresses or names of a machine after its name, got 'c/d'"),
+        (["--listener", "a="], "`--listener` must have addresses or names of a machine after its name, got ''"),
+        (["--listener", "a", "--out", "/dev/null/x"], "cannot use /dev/null/x: Not a directory"),
         (["--listener", "a", "a"], "`NAME` must be given once, got 'a' twice"),
         ([], "`NAME` or `--listener` must be given at least once"),
         (["a", "--days", "0"], "`--days` must be from 1 to 3650, got 0"),
@@ -242,6 +244,30 @@ def test_certificates_that_cannot_be_made_are_one_line_and_status_2(tmp_path, ar
     assert text in run.stderr
     assert len(run.stderr.splitlines()) == 1
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["--config", "nowhere"], "`--config` must be a file with settings of Zenoh, got nowhere: No such file"),
+        (["--config", "broken.json5"], "`--config` must be a file with settings of Zenoh, got broken.json5: "),
+        (["--config", "empty.json5"], "`listen.endpoints` must be a list of endpoints in empty.json5"),
+        (
+            ["--config", "empty.json5", "--listen", "here"],
+            "`--listen` must be an endpoint such as tls/0.0.0.0:7447, got",
+        ),
+        (["--config", "empty.json5", "--listen", "tcp/256.0.0.1:1"], "cannot listen at tcp/256.0.0.1:1: "),
+    ],
+)
+def test_a_router_that_cannot_start_says_why_in_one_line(tmp_path, arguments, text):
+    (tmp_path / "broken.json5").write_text("{")
+    (tmp_path / "empty.json5").write_text("{}")
+    command = [sys.executable, str(EXAMPLE / "router.py"), *arguments]
+    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60, check=False)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert run.stderr.startswith(f"router: {text}")
+    assert len(run.stderr.splitlines()) == 1
+    assert "/src/" not in run.stderr
 
 
 @pytest.mark.parametrize(("field", "content"), [("ca", "CERT"), ("certificate", "CERT"), ("key", "PRIVATE")])

@@ -302,6 +302,10 @@ def test_a_worker_that_has_nothing_left_to_do_needs_no_server(whole, capsys):
     assert told["summary"] == json.loads((whole / "summary.json").read_text())
     assert told["dataset"] == str(whole / "dataset" / "swath" / "snake-v0")
     assert (whole / "episodes.csv").read_bytes() == before
+    # It need not be there, but it must be a server.
+    command[2] = "here"
+    assert main(command) == 2
+    assert capsys.readouterr().err.startswith("swath: `connect` must be an endpoint such as 'tcp/127.0.0.1:7447', got")
 
 
 def test_a_merge_that_is_cut_off_is_made_again(whole, server, tmp_path, monkeypatch):
@@ -472,6 +476,7 @@ REFUSED = [
     ({"num_envs": 0}, "`num_envs` must be a whole number from 1 to "),
     ({"connect": []}, "`connect` must name from 1 to 16 servers, no more than `num_envs`, got 0"),
     ({"connect": "here"}, "`connect` must be an endpoint such as 'tcp/127.0.0.1:7447', got 'here'"),
+    ({"connect": 5}, "`connect` must be an endpoint such as 'tcp/127.0.0.1:7447', got 5"),
     ({"shard": "0/2"}, "`shard` must be `I/N` with I from 1 to N and N at most 4096, got `0/2`"),
     ({"shard": "3/2"}, "`shard` must be `I/N` with I from 1 to N and N at most 4096, got `3/2`"),
     ({"shard": "one"}, "`shard` must be `I/N` with I from 1 to N and N at most 4096, got `one`"),

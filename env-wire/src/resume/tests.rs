@@ -33,6 +33,7 @@ struct Adder {
     room: usize,
     replayed: usize,
     max_msg: u32,
+    is_too_small: bool,
 }
 
 impl Adder {
@@ -46,6 +47,7 @@ impl Adder {
             room: usize::MAX,
             replayed: 0,
             max_msg: u32::MAX,
+            is_too_small: false,
         }
     }
 
@@ -61,6 +63,7 @@ impl Adder {
         }
         let reply = Header { kind: Kind::Reply(verb), ..header };
         match verb {
+            Verb::Open if self.is_too_small => codec::write_fault(&header, &too_many()),
             Verb::Open => {
                 let open: Open = codec::read(payload).unwrap();
                 assert_eq!(open.hash_every, RESUME.hash_every);
@@ -105,6 +108,10 @@ impl Adder {
 
 fn too_large() -> Fault {
     Fault::TooLarge { size: 2, limit: 1 }
+}
+
+fn too_many() -> Fault {
+    Fault::BadConfig { text: "`num_envs` must be at most 1 on this server, got 2".to_owned() }
 }
 
 fn full() -> Fault {
@@ -295,4 +302,19 @@ fn a_resumption_for_which_there_is_no_room_goes_on_with_a_retry() {
     let message = settle(&mut client, &mut next).unwrap();
     assert_eq!(codec::read::<u8>(&message[HEADER_BYTES..]), Ok(10));
     assert_eq!(add(&mut client, &mut next, 5), Ok(15));
+}
+
+#[test]
+fn a_server_that_does_not_take_the_session_is_named_as_that_and_the_next_may_take_it() {
+    let mut server = Adder::new(10);
+    let mut client = opened(&mut server);
+    add(&mut client, &mut server, 1).unwrap();
+    let mut small = Adder { is_too_small: true, ..Adder::new(20) };
+    let told = add(&mut client, &mut small, 2);
+    assert_eq!(told, Err(ClientError::NotResumable(too_many())));
+    assert!(client.is_in_doubt());
+    let mut third = Adder::new(30);
+    client.retry(0).unwrap();
+    let message = settle(&mut client, &mut third).unwrap();
+    assert_eq!(codec::read::<u8>(&message[HEADER_BYTES..]), Ok(3));
 }

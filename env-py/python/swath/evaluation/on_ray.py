@@ -99,7 +99,11 @@ def _cluster(jobs: int | None) -> Iterator[None]:
     address = os.environ.get("RAY_ADDRESS", "local")
     _check(address)
     local = {"num_cpus": jobs or cores(), "include_dashboard": False} if address == "local" else {}
-    ray.init(address, log_to_driver=False, logging_level=logging.ERROR, **local)
+    try:
+        ray.init(address, log_to_driver=False, logging_level=logging.ERROR, **local)
+    except (OSError, RuntimeError, ValueError) as error:
+        text = f"Ray cannot be {'started' if local else 'reached'}: {_first_line(error)}"
+        raise SwathError(text) from error
     try:
         yield
     finally:
