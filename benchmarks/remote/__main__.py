@@ -45,12 +45,12 @@ from swath.throughput import Tape, record
 Way: TypeAlias = "Callable[[list[Any]], float | None]"
 ROOT = Path(__file__).resolve().parent.parent
 OUT = Path("out/bench")
-# Steps of a block and of a round, by the number of environments: a block takes some ten milliseconds, so that what the
-# other side left in the caches counts for little.
+# Steps of a block and of a round, by the number of environments. Large batches leave the caches to each other at the
+# beginning of a block: it is long enough for that to count for little.
 ONE = 100
 BLOCK = {1: 100, 64: 40, 1024: 10, 4096: 10}
-ROUND = {1: 1000, 64: 800, 1024: 400, 4096: 300}
-ROUNDS = 10
+ROUND = {1: 500, 64: 400, 1024: 200, 4096: 150}
+ROUNDS = 20
 
 
 def main() -> None:
@@ -74,8 +74,6 @@ def measure(rounds: int) -> Figures:
     tapes = {kind: record(kind.blocks) for kind in (SHORT, FULL)}
     cases = [(kind, num_envs) for num_envs in BATCHES for kind in (SHORT, FULL)]
     with ExitStack() as stack:
-        endpoint = stack.enter_context(serving(OUT / "server.log"))
-        usual = stack.enter_context(serving(OUT / "usual.log", USUAL))
         sides = {name: stack.enter_context(_peer(name)) for name in PEERS}
         echoes = {num_envs: stack.enter_context(_echo(num_envs)) for num_envs in BATCHES}
         sides["echo"] = echoes[1]
@@ -88,16 +86,17 @@ def measure(rounds: int) -> Figures:
         progress = stack.enter_context(Progress("cases", (rounds + 1) * (1 + len(cases)), is_wanted=True))
         for number in range(rounds + 1):
             into = figures if number > 0 else Figures()
-            endpoints = (endpoint, usual)
-            one_environment(into, sides, endpoints, tapes[SHORT], steps=1000 if number > 0 else 100)
-            progress.advance(1)
-            for kind, num_envs in cases:
-                steps = ROUND[num_envs] if number > 0 else BLOCK[num_envs]
-                pair = batch(endpoint, kind, tapes[kind], num_envs, steps)
-                known = into.batches.setdefault((kind, num_envs), Pair())
-                known.local_us += pair.local_us
-                known.remote_us += pair.remote_us
+            # Of each round its own, since processes differ by where the system puts their memory.
+            with serving(OUT / "server.log") as endpoint, serving(OUT / "usual.log", USUAL) as usual:
+                one_environment(into, sides, (endpoint, usual), tapes[SHORT], ROUND[1] if number > 0 else ONE)
                 progress.advance(1)
+                for kind, num_envs in cases:
+                    steps = ROUND[num_envs] if number > 0 else BLOCK[num_envs]
+                    pair = batch(endpoint, kind, tapes[kind], num_envs, steps)
+                    known = into.batches.setdefault((kind, num_envs), Pair())
+                    known.local_us += pair.local_us
+                    known.remote_us += pair.remote_us
+                    progress.advance(1)
             for num_envs, side in echoes.items():
                 times = into.echoes.setdefault(num_envs, [])
                 blocks = (ROUND[num_envs] if number > 0 else BLOCK[num_envs]) // BLOCK[num_envs]

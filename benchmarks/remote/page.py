@@ -15,7 +15,8 @@ one environment a second one beside it runs with `--low-latency=off`.
 Local and remote environments drive the same tape, laps of `snake` on 16 pastures with 160 weeds, block by block
 in turn, and who begins takes turns too; row i of a batch is on pasture i modulo 16.
 A step is a call of `step` in Python, with all that it returns; a figure is the median over blocks, with the quartiles.
-The interval of a target's figure is that of the median, by bootstrap over whole rounds.
+Each round has servers of its own. The interval of a target's figure is that of the median, by bootstrap over whole
+rounds; it tells of the machine as it was in these minutes, and at another hour it may be another.
 What the wire adds is the median of the differences between a remote block and the local block beside it, divided by the
 number of environments. Local batches step on one thread, and so do those on the server.
 Local environments have the same Python around them as remote ones, and form no infos where those send none.
@@ -60,8 +61,12 @@ def _row(what: str, most: float, blocks: Sequence[float], rounds: int, unit: str
     if not blocks:
         return [what, f"{most}{unit}", "-", "-", "not compared"]
     measured, likely = statistics.median(blocks), interval(blocks, rounds)
-    between = "-" if likely is None else f"{likely[0]:.3f} to {likely[1]:.3f}"
-    return [what, f"{most}{unit}", f"{measured:.3f}{unit}", between, "met" if measured <= most else "**missed**"]
+    verdict, between = "met" if measured <= most else "**missed**", "-"
+    if likely is not None:
+        between = f"{likely[0]:.3f} to {likely[1]:.3f}"
+        if likely[0] <= most < likely[1]:
+            verdict += ", not beyond doubt"
+    return [what, f"{most}{unit}", f"{measured:.3f}{unit}", between, verdict]
 
 
 def _machine(figures: Figures, command: str) -> str:

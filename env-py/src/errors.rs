@@ -87,9 +87,9 @@ impl From<ClientError> for Error {
         match error {
             ClientError::Fault(fault) => fault.into(),
             ClientError::Timeout { .. } => Self::RemoteTimeout(error.to_string()),
-            ClientError::NotResumable(_) | ClientError::Differs { .. } => {
-                Self::Resume(error.to_string())
-            }
+            ClientError::NotResumable(_)
+            | ClientError::NotTaken(_)
+            | ClientError::Differs { .. } => Self::Resume(error.to_string()),
             other => Self::Remote(other.to_string()),
         }
     }

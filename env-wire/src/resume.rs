@@ -344,7 +344,7 @@ impl ResumingSession {
                 self.is_lost = true;
                 Some(Err(match error {
                     ClientError::Fault(fault) if !matches!(fault, Fault::Capacity { .. }) => {
-                        ClientError::NotResumable(fault)
+                        ClientError::NotTaken(fault)
                     }
                     error => error,
                 }))
@@ -355,6 +355,10 @@ impl ResumingSession {
                     return Some(self.fail(ClientError::Differs { request: place as u64 + 1 }));
                 }
                 self.replay(now_ms, place + 1)
+            }
+            // Less than the one before allowed is allowed here.
+            (Stage::Replaying(_), Err(ClientError::Fault(fault @ Fault::BadConfig { .. }))) => {
+                Some(self.fail(ClientError::NotResumable(fault)))
             }
             (Stage::Replaying(place), Err(error)) if is_refusal(&error) => {
                 Some(self.fail(ClientError::Differs { request: place as u64 + 1 }))
@@ -522,7 +526,13 @@ impl ResumingSession {
         };
         let Wish { verb, payload } = entry.wish.clone();
         self.stage = Stage::Replaying(place);
-        self.session.call_bytes(now_ms, verb, &payload).err().map(Err)
+        let error = match self.session.call_bytes(now_ms, verb, &payload).err()? {
+            // Messages have to be shorter here.
+            ClientError::Fault(fault) => ClientError::NotResumable(fault),
+            error => error,
+        };
+        // The session stands at an earlier state: nothing may go on from there.
+        Some(self.fail(error))
     }
 
     /// Sends a wish, or gives the caller the last reply if there are no more.

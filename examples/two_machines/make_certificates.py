@@ -43,10 +43,16 @@ def main() -> int:
         print(f"make_certificates: {problem}", file=sys.stderr)
         return 2
     try:
-        arguments.out.mkdir(mode=0o700, parents=True, exist_ok=True)
+        make(arguments)
     except OSError as error:
         print(f"make_certificates: cannot use {error.filename}: {error.strerror}", file=sys.stderr)
         return 2
+    return 0
+
+
+def make(arguments: argparse.Namespace) -> None:
+    """Writes the files, and says which."""
+    arguments.out.mkdir(mode=0o700, parents=True, exist_ok=True)
     if not (arguments.out / "ca.pem").exists():
         make_authority(arguments.out, arguments.days)
     listeners = dict(map(read_listener, arguments.listener))
@@ -58,7 +64,6 @@ def main() -> int:
     for name in arguments.names:
         make_certificate(arguments.out, name, [], arguments.days)
     print(f"wrote {arguments.out / 'ca.pem'} and the certificates of {', '.join([*listeners, *arguments.names])}")
-    return 0
 
 
 def read_listener(text: str) -> tuple[str, list[str]]:

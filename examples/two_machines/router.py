@@ -33,7 +33,7 @@ def main() -> int:
         if not isinstance(endpoints, list) or not endpoints:
             print(f"router: `listen.endpoints` must be a list of endpoints in {arguments.config}", file=sys.stderr)
             return 2
-        problem = f"cannot listen at {endpoints[0]}"
+        problem = f"cannot start at {endpoints[0]}"
         session = zenoh.open(config)
     except zenoh.ZError as error:
         # Where in Zenoh's own code it went wrong is of no use here.

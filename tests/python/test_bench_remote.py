@@ -37,7 +37,7 @@ def test_each_target_is_judged_by_the_median_of_pairs_and_what_did_not_run_is_no
     assert [line.split(" | ")[-3:] for line in lines] == [
         ["0.325", "0.250 to 0.400", "met |"],
         ["-", "-", "not compared |"],
-        ["0.487", "0.375 to 0.600", "met |"],
+        ["0.487", "0.375 to 0.600", "met, not beyond doubt |"],
         ["-", "-", "not compared |"],
         ["0.400 us", "0.400 to 0.400", "met |"],
         ["0.400 us", "0.400 to 0.400", "**missed** |"],

@@ -256,7 +256,7 @@ def test_certificates_that_cannot_be_made_are_one_line_and_status_2(tmp_path, ar
             ["--config", "empty.json5", "--listen", "here"],
             "`--listen` must be an endpoint such as tls/0.0.0.0:7447, got",
         ),
-        (["--config", "empty.json5", "--listen", "tcp/256.0.0.1:1"], "cannot listen at tcp/256.0.0.1:1: "),
+        (["--config", "empty.json5", "--listen", "tcp/256.0.0.1:1"], "cannot start at tcp/256.0.0.1:1: "),
     ],
 )
 def test_a_router_that_cannot_start_says_why_in_one_line(tmp_path, arguments, text):

@@ -57,4 +57,8 @@ class RemoteTimeout(RemoteError):  # noqa: N818 - as Python's own `TimeoutError`
 
 
 class ResumeError(RemoteError):
-    """A session that was lost with its server and cannot be resumed, or went on otherwise than it had."""
+    """A session that was lost with its server and is not resumed.
+
+    It cannot be, or it went on otherwise than it had, or the next server does not take it: the message says which, and
+    whether `retry` may help.
+    """

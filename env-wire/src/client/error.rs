@@ -38,6 +38,9 @@ pub enum ClientError {
     /// A session that was lost and cannot be resumed.
     #[error("the session cannot be resumed: {0}")]
     NotResumable(Fault),
+    /// The next server does not take a session that was lost: another one may, with a retry.
+    #[error("the next server does not take the session: {0}; `retry` asks once more")]
+    NotTaken(Fault),
     /// The server that a session was resumed at does not do what the one before did.
     #[error(
         "the session cannot be resumed: the server replies otherwise to request {request} since its last snapshot \

@@ -34,6 +34,7 @@ struct Adder {
     replayed: usize,
     max_msg: u32,
     is_too_small: bool,
+    refuses_long: bool,
 }
 
 impl Adder {
@@ -48,6 +49,7 @@ impl Adder {
             replayed: 0,
             max_msg: u32::MAX,
             is_too_small: false,
+            refuses_long: false,
         }
     }
 
@@ -94,6 +96,9 @@ impl Adder {
                 self.snapshots += 1;
                 let told = SnapshotReply { config_hash: [0; 32], data: &[self.sum] };
                 codec::write(&reply, &told).unwrap()
+            }
+            _ if self.refuses_long && payload.len() > 500 => {
+                codec::write_fault(&header, &too_many())
             }
             _ if self.replayed >= self.room => codec::write_fault(&header, &full()),
             _ => {
@@ -311,10 +316,38 @@ fn a_server_that_does_not_take_the_session_is_named_as_that_and_the_next_may_tak
     add(&mut client, &mut server, 1).unwrap();
     let mut small = Adder { is_too_small: true, ..Adder::new(20) };
     let told = add(&mut client, &mut small, 2);
-    assert_eq!(told, Err(ClientError::NotResumable(too_many())));
+    assert_eq!(told, Err(ClientError::NotTaken(too_many())));
     assert!(client.is_in_doubt());
     let mut third = Adder::new(30);
     client.retry(0).unwrap();
     let message = settle(&mut client, &mut third).unwrap();
     assert_eq!(codec::read::<u8>(&message[HEADER_BYTES..]), Ok(3));
+}
+
+#[test]
+fn a_request_that_the_next_server_allows_no_more_ends_the_session_and_no_step_goes_on_from_before_it()
+ {
+    for is_too_long in [true, false] {
+        let mut server = Adder::new(10);
+        let mut client = opened(&mut server);
+        // It is part of the journal, and longer than what opens a session.
+        client.call(0, Verb::Step, &Step { actions: vec![&[1; 500]] }).unwrap();
+        settle(&mut client, &mut server).unwrap();
+        let mut next = Adder { refuses_long: !is_too_long, ..Adder::new(20) };
+        if is_too_long {
+            next.max_msg = 400;
+        }
+        let told = add(&mut client, &mut next, 2);
+        let fault = match &told {
+            Err(ClientError::NotResumable(fault)) => fault.clone(),
+            told => panic!("{told:?}"),
+        };
+        assert_eq!(matches!(fault, Fault::TooLarge { limit: 400, .. }), is_too_long, "{fault:?}");
+        assert_eq!(fault == too_many(), !is_too_long, "{fault:?}");
+        for _ in 0..2 {
+            assert_eq!(add(&mut client, &mut next, 3), told);
+            assert_eq!(client.retry(0).map(|()| 0), told);
+        }
+        assert_eq!(next.replayed, 0);
+    }
 }

@@ -75,7 +75,9 @@ def main(args: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except OSError as error:
-        text = str(error) if error.filename is None else f"cannot use {error.filename}: {error.strerror}"
+        text = f"cannot use {error.filename}: {error.strerror}"
+        if error.filename is None:
+            text = str(error) or type(error).__name__
         return _say(text, _BAD_INPUT)
     # The command line library turns Ctrl-C into this status.
     return _say("stopped", _STOPPED) if status == _STOPPED else int(status or 0)

@@ -100,11 +100,11 @@ def _cluster(jobs: int | None) -> Iterator[None]:
     _check(address)
     local = {"num_cpus": jobs or cores(), "include_dashboard": False} if address == "local" else {}
     try:
-        ray.init(address, log_to_driver=False, logging_level=logging.ERROR, **local)
-    except (OSError, RuntimeError, ValueError) as error:
-        text = f"Ray cannot be {'started' if local else 'reached'}: {_first_line(error)}"
-        raise SwathError(text) from error
-    try:
+        try:
+            ray.init(address, log_to_driver=False, logging_level=logging.ERROR, **local)
+        except (OSError, RuntimeError, ValueError) as error:
+            text = f"Ray cannot be {'started' if local else 'reached'}: {_first_line(error)}"
+            raise SwathError(text) from error
         yield
     finally:
         ray.shutdown()

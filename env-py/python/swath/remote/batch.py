@@ -228,6 +228,7 @@ class RemoteBatch:
 
         Raises:
             RemoteTimeout: If it is not answered this time either.
+            ResumeError: If the session was lost and is not resumed.
             RemoteError: If every call was answered.
         """
         return self._call(self._core.retry, self._finish)

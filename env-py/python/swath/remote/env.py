@@ -84,6 +84,7 @@ class RemoteEnv(gym.Env["Observation", "npt.ArrayLike"]):
 
         Raises:
             RemoteTimeout: If it is not answered this time either.
+            ResumeError: If the session was lost and is not resumed.
             RemoteError: If every call was answered.
         """
         result = self._core.retry()

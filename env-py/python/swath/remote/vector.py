@@ -36,6 +36,7 @@ class RemoteVectorEnv(MowerRoutingVectorEnv):
 
         Raises:
             RemoteTimeout: If it is not answered this time either.
+            ResumeError: If the session was lost and is not resumed.
         """
         return self._remote.retry()
 

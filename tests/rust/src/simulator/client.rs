@@ -26,6 +26,8 @@ pub(super) struct Client {
     /// The state that its session has to have.
     pub(super) state: u64,
     pub(super) has_reset: bool,
+    /// The states that it has snapshots of, those of sessions before too.
+    pub(super) saved: Vec<u64>,
     pub(super) steps_left: u64,
     pub(super) session_left: u64,
     pub(super) cut_until_ms: u64,
@@ -42,7 +44,7 @@ pub(super) enum Ask {
     Reset(u64),
     Step(u64),
     Snapshot,
-    /// The state of a snapshot of any time.
+    /// The state of one of its snapshots.
     Restore(u64),
     Close,
 }
@@ -59,6 +61,7 @@ impl Client {
             attempt: 0,
             state: 0,
             has_reset: false,
+            saved: Vec::new(),
             steps_left: steps,
             session_left: 0,
             cut_until_ms: 0,
@@ -149,8 +152,9 @@ impl World {
             Ask::Reset(dice.bits())
         } else if dice.one_in(50) {
             Ask::Snapshot
-        } else if dice.one_in(40) {
-            Ask::Restore(dice.bits())
+        } else if !me.saved.is_empty() && dice.one_in(40) {
+            let place = dice.below(me.saved.len() as u64);
+            Ask::Restore(me.saved[usize::try_from(place).expect("snapshots are few")])
         } else {
             Ask::Step(dice.bits())
         };
@@ -292,6 +296,7 @@ impl World {
                 let SnapshotReply { data, .. } =
                     codec::read(payload).expect("it is what was asked for");
                 assert_eq!(data, me.state.to_le_bytes());
+                me.saved.push(me.state);
             }
             Ask::Close => {
                 // Each numbered request of the session was carried out, one of them perhaps without being seen.
