@@ -54,7 +54,7 @@ def drive(local: Callable[[Any], object], remote: Callable[[Any], object], tape:
 
 
 def interval(numbers: Sequence[float], rounds: int) -> tuple[float, float] | None:
-    """The 95 % interval of the median, by bootstrap over whole rounds, since blocks of a round share what disturbs them.
+    """The 95 % interval of the median, by bootstrap over whole rounds: blocks of a round share what disturbs them.
 
     None of a single round, or where rounds have not as many numbers each.
     """
