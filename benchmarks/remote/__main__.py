@@ -50,7 +50,7 @@ OUT = Path("out/bench")
 ONE = 100
 BLOCK = {1: 100, 64: 40, 1024: 10, 4096: 10}
 ROUND = {1: 500, 64: 400, 1024: 200, 4096: 150}
-ROUNDS = 20
+ROUNDS = 40
 
 
 def main() -> None:
