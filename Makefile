@@ -272,7 +272,7 @@ bench: build-release counted ## steps per CPU-second beside NumPy, CartPole and 
 	python -m benchmarks.throughput --profile out/bench/profile.txt $(if $(QUICK),--quick)
 
 .PHONY: bench-remote
-bench-remote: build-release server-release ## what remote environments cost, beside dm_env_rpc and OpenEnv: benchmarks/REMOTE.md; QUICK=1 tries it
+bench-remote: build-release server-release ## what remote environments cost, beside dm_env_rpc and OpenEnv: benchmarks/REMOTE.md; takes five minutes, QUICK=1 tries it
 	$(call need,$(VENV),test)
 	@$(MAKE) --no-print-directory peer-dm_env_rpc || echo "dm_env_rpc will not be compared"
 	@$(MAKE) --no-print-directory peer-openenv || echo "OpenEnv will not be compared"
