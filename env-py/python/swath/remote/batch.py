@@ -9,7 +9,6 @@ import threading
 import time
 import warnings
 import weakref
-from collections.abc import Iterable
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
@@ -18,7 +17,7 @@ from swath.errors import ClosedError, ConfigError, RemoteError, RemoteTimeout
 from swath.evaluation.study import whole
 from swath.options import bytes_of, flag
 from swath.remote.link import Link
-from swath.remote.session import checked_endpoint
+from swath.remote.session import endpoints_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -77,16 +76,13 @@ class RemoteBatch:
             RemoteError: If a server cannot be reached, has another version of swath, or takes no further session.
             ResumeError: If it is to be resumed and a server sends no snapshots.
         """
-        is_one = isinstance(connect, str) or not isinstance(connect, Iterable)
-        endpoints: list[Any] = [connect] if is_one else list(connect)
+        endpoints = endpoints_of(connect)
         if not 1 <= len(endpoints) <= num_envs:
             some = "1 server for 1 environment"
             if num_envs > 1:
                 some = f"from 1 to {num_envs} servers, no more than environments"
             text = f"`connect` must name {some}, got {connect!r}"
             raise ConfigError(text)
-        for endpoint in endpoints:
-            checked_endpoint(endpoint)
         if not isinstance(client, str):
             text = f"`client` must be at most 64 printable characters, got {client!r}"
             raise ConfigError(text)

@@ -7,6 +7,7 @@ import json
 import os
 import re
 import sys
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from swath.errors import ConfigError, RemoteError
@@ -14,7 +15,7 @@ from swath.errors import ConfigError, RemoteError
 if TYPE_CHECKING:
     import zenoh
 
-__all__ = ["checked_endpoint", "is_of_this_machine", "opened", "settings"]
+__all__ = ["checked_endpoint", "endpoints_of", "is_of_this_machine", "opened", "settings"]
 
 _CONNECT_MS = 5000
 # Nobody waits long for the second connection, which may be done without; nor is it tried again.
@@ -69,6 +70,18 @@ def checked_endpoint(endpoint: object) -> tuple[str, int]:
         text = f"`connect` must be an endpoint such as 'tcp/127.0.0.1:7447', got {endpoint!r}"
         raise ConfigError(text)
     return found[1].strip("[]"), int(found[2])
+
+
+def endpoints_of(connect: object) -> list[str]:
+    """Returns the endpoints that `connect` names: one, or a list of them.
+
+    Raises:
+        ConfigError: If one of them is none.
+    """
+    endpoints: list[Any] = [connect] if isinstance(connect, str) or not isinstance(connect, Iterable) else list(connect)
+    for endpoint in endpoints:
+        checked_endpoint(endpoint)
+    return endpoints
 
 
 def is_of_this_machine(endpoint: str) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from hashlib import sha256
@@ -19,7 +19,7 @@ from swath.errors import ConfigError, RemoteError
 from swath.evaluation.row import Row
 from swath.evaluation.study import whole
 from swath.progress import Progress
-from swath.remote.session import checked_endpoint
+from swath.remote.session import endpoints_of
 from swath.rollouts.merge import merge
 from swath.rollouts.store import Store
 from swath.rollouts.sweep import Shard, Sweep
@@ -119,13 +119,11 @@ def work(
     need_minari("a worker")
     _check_policy(policy)
     resolved = _native.Scenario(scenario_of(policy) if scenario is None else scenario, **blocks)
-    endpoints = [connect] if isinstance(connect, str) or not isinstance(connect, Iterable) else list(connect)
+    endpoints = endpoints_of(connect)
     num_envs = whole("num_envs", num_envs, least=1, most=MOST_ENVS)
     if not 1 <= len(endpoints) <= num_envs:
         text = f"`connect` must name from 1 to {num_envs} servers, no more than `num_envs`, got {len(endpoints)}"
         raise ConfigError(text)
-    for endpoint in endpoints:
-        checked_endpoint(endpoint)
     part = Shard.parse(shard)
     driver, label = driver_of(policy, resolved, one_by_one=True)
     if isinstance(driver, ScriptedDriver):
