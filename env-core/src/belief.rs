@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::deck::Cut;
-use crate::grid::{CellSet, Grid};
+use crate::grid::{Cell, CellSet, Grid};
 use crate::ground::SeenGround;
 use crate::known::{KnownWeed, KnownWeeds};
 use crate::sensor::Percept;
@@ -84,6 +84,12 @@ impl Belief {
         for &weed in cut.mowed {
             self.strike_out(weed);
         }
+    }
+
+    /// Notes ground seen.
+    #[inline]
+    pub fn absorb_ground<'a>(&mut self, seen: impl IntoIterator<Item = &'a Cell>) {
+        self.ground.absorb(seen);
     }
 
     /// Notes new weeds, in the order of the percept, and the ground seen.

@@ -282,10 +282,10 @@ impl Env {
     /// # Errors
     ///
     /// As [`Env::drive`].
-    pub fn drive_watched(
+    pub fn drive_watched<W: Watch>(
         &mut self,
         command: Command,
-        watch: &mut impl Watch,
+        watch: &mut W,
     ) -> Result<Step, ActionError> {
         self.episode.check_running()?;
         if let Some(candidates) = &mut self.candidates {
@@ -298,10 +298,12 @@ impl Env {
         'motion: while let Some(piece) = motion.next_piece() {
             deck.prepare(&piece, &self.weeds, self.belief.ground());
             sensor.prepare(&piece, &self.weeds, self.belief.ground());
-            // Most pieces bring nothing new: the mower drives on.
-            if deck.is_idle() && sensor.is_idle() && piece.is_within(&self.setup.site) {
+            // Most pieces bring nothing new, or ground alone, of which nobody asks where it was seen: the mower drives on.
+            let is_of_ground = sensor.is_idle() || (W::IS_NOBODY && sensor.meets_no_weed());
+            if deck.is_idle() && is_of_ground && piece.is_within(&self.setup.site) {
                 self.mower.follow_all(&piece);
                 tally.distance_m = piece.driven_m();
+                self.belief.absorb_ground(sensor.seen_ahead());
                 continue;
             }
             for stretch in piece.stretches() {

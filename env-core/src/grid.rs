@@ -3,10 +3,10 @@
 use std::ops::Range;
 
 use smallvec::SmallVec;
-use wide::i16x16;
+use wide::{f64x2, i16x16};
 
-use crate::geometry::{Footprint, Point, Side};
-use crate::math::{floor_index, floor_indices, larger, number};
+use crate::geometry::{Footprint, Point, SidePair};
+use crate::math::{floor_index, floor_indices, number};
 
 /// Slack that keeps the ranges on the safe side of rounding, metres.
 const SLACK_M: f64 = 1e-6;
@@ -121,6 +121,13 @@ impl Grid {
     #[must_use]
     pub fn cell_at(&self, point: Point) -> Cell {
         let (column, row) = self.cell_of(point);
+        self.cell(column, row)
+    }
+
+    /// The cell of a column and row.
+    #[inline]
+    #[must_use]
+    pub(crate) fn cell(&self, column: usize, row: usize) -> Cell {
         let (tile, bit) = self.place(column, row);
         Cell { column, row, tile, bit }
     }
@@ -143,9 +150,9 @@ impl Grid {
 
     /// The cells that a footprint may reach, as the first and the last column and row.
     #[inline]
-    fn cells_of<const SIDES: usize>(
+    fn cells_of<const PAIRS: usize>(
         &self,
-        footprint: &impl Footprint<SIDES>,
+        footprint: &impl Footprint<PAIRS>,
     ) -> (Range<usize>, Range<usize>) {
         let cells = |(low_m, high_m): (f64, f64), per_m: f64, count: usize| {
             let (low, high) = ((low_m - SLACK_M) * per_m, (high_m + SLACK_M) * per_m);
@@ -162,22 +169,22 @@ impl Grid {
     /// whose centre the footprint may hold, of the second those of which it may touch any ground. Tiles without either are
     /// left out.
     #[inline]
-    pub(crate) fn for_each_touched<const SIDES: usize>(
+    pub(crate) fn for_each_touched<const PAIRS: usize>(
         &self,
-        footprint: &impl Footprint<SIDES>,
+        footprint: &impl Footprint<PAIRS>,
         words: impl Fn(usize) -> (u64, u64),
-        mut visit: impl FnMut(Tile, u64, u64, &Edges<SIDES>),
+        mut visit: impl FnMut(Tile, u64, u64, &Edges<PAIRS>),
     ) {
         // Often the box around the footprint holds no cell of any set.
         let mut edges = None;
         self.for_each_in_box(self.cells_of(footprint), words, |tile, mut centres, mut grounds| {
             let edges = edges.get_or_insert_with(|| edges_of(self, footprint));
-            let at_first = edges.at_first(tile);
+            let Some(at_first) = edges.at_first(tile) else { return };
             if centres != 0 {
-                centres = edges.cells_within(&at_first, centres, |edge| edge.to_centre);
+                centres = edges.cells_within(&at_first, centres, |pair| pair.to_centre);
             }
             if grounds != 0 {
-                grounds = edges.cells_within(&at_first, grounds, |edge| edge.to_corner);
+                grounds = edges.cells_within(&at_first, grounds, |pair| pair.to_corner);
             }
             if centres | grounds != 0 {
                 visit(tile, centres, grounds, edges);
@@ -245,50 +252,62 @@ const UNITS: f64 = 1500.0;
 /// What rounding to whole units may take away over a tile.
 const SLACK_UNITS: f64 = 16.0;
 
-/// A side of a footprint in cells: how far a point is on the footprint's side of it, linear in column and row.
+/// Two sides of a footprint in cells: how far a point is on the footprint's side of each, linear in column and row.
 #[derive(Clone, Copy)]
-struct Edge {
+struct EdgePair {
     /// For the lower left corner of the cell 0, 0.
-    at_0: f64,
-    per_column: f64,
-    per_row: f64,
+    at_0: f64x2,
+    per_column: f64x2,
+    per_row: f64x2,
     /// How much more a cell has at its centre, and at the corner that has most.
-    to_centre: f64,
-    to_corner: f64,
-    /// How much more than the first cell of a tile the cell has that has most, and the one that has least.
-    to_most: f64,
-    to_least: f64,
+    to_centre: f64x2,
+    to_corner: f64x2,
 }
 
-impl Edge {
+impl EdgePair {
     #[inline]
-    fn new(grid: &Grid, side: &Side) -> Self {
-        let (x, y) = (side.gradient.0 * grid.cell_x_m, side.gradient.1 * grid.cell_y_m);
-        let scale = UNITS / (x.abs() + y.abs());
+    fn new(grid: &Grid, sides: &SidePair) -> Self {
+        let (x, y) = (sides.x * grid.cell_x_m, sides.y * grid.cell_y_m);
+        let scale = f64x2::splat(UNITS) / (x.abs() + y.abs());
         let (per_column, per_row) = (-x * scale, -y * scale);
-        let to_corner = larger(per_column, 0.0) + larger(per_row, 0.0);
         Self {
-            at_0: side.level * scale + SLACK_UNITS,
+            at_0: sides.level * scale + SLACK_UNITS,
             per_column,
             per_row,
-            to_centre: 0.5 * (per_column + per_row),
-            to_corner,
-            to_most: (TILE - 1) as f64 * to_corner,
-            to_least: (TILE - 1) as f64 * (per_column + per_row - to_corner),
+            to_centre: (per_column + per_row) * 0.5,
+            to_corner: per_column.fast_max(f64x2::ZERO) + per_row.fast_max(f64x2::ZERO),
         }
     }
 
-    /// All cells of a tile that are within, of which the first one is so far inside. The edge passes through the tile.
+    /// How far inside a point is, in cells from a point that is so far inside.
+    #[inline]
+    fn at(&self, origin: f64x2, (x, y): (f64, f64)) -> f64x2 {
+        origin + self.per_row * y + self.per_column * x
+    }
+
+    /// How much more than the first cell of a tile the cell has that has most, and the one that has least.
+    #[inline]
+    fn most_in_tile(&self) -> f64x2 {
+        self.to_corner * (TILE - 1) as f64
+    }
+
+    #[inline]
+    fn least_in_tile(&self) -> f64x2 {
+        (self.per_column + self.per_row - self.to_corner) * (TILE - 1) as f64
+    }
+
+    /// All cells of a tile that are within one of the two, which passes through the tile; the first cell is so far inside.
     #[inline(never)]
-    fn all_within(&self, at_first: f64) -> u64 {
+    fn all_within(&self, place: usize, at_first: f64x2) -> u64 {
+        let of = |pair: f64x2| pair.as_array()[place];
+        let (at_first, per_column, per_row) = (of(at_first), of(self.per_column), of(self.per_row));
         // 16 bits hold what cells have of an edge that passes through their tile.
         debug_assert!(at_first.abs() < TILE as f64 * UNITS, "{at_first} is far from the edge");
         // Two rows at a time: what is below 0 is beyond the edge.
         let columns = i16x16::new([0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7]);
         let second_row = i16x16::new([0, 0, 0, 0, 0, 0, 0, 0, -1, -1, -1, -1, -1, -1, -1, -1]);
-        let mut at =
-            whole(at_first) + whole(self.per_column) * columns + (whole(self.per_row) & second_row);
-        let two_rows = whole(self.per_row + self.per_row);
+        let mut at = whole(at_first) + whole(per_column) * columns + (whole(per_row) & second_row);
+        let two_rows = whole(per_row + per_row);
         let mut beyond = 0;
         for pair in 0..TILE / 2 {
             beyond |= u64::from(at.to_bitmask()) << (2 * TILE * pair);
@@ -300,13 +319,13 @@ impl Edge {
 
 /// The sides of a footprint. Kept apart, or they would be worked out where no cell asks for them.
 #[inline(never)]
-fn edges_of<const SIDES: usize>(grid: &Grid, footprint: &impl Footprint<SIDES>) -> Edges<SIDES> {
-    Edges(footprint.sides().map(|side| Edge::new(grid, &side)))
+fn edges_of<const PAIRS: usize>(grid: &Grid, footprint: &impl Footprint<PAIRS>) -> Edges<PAIRS> {
+    Edges(footprint.sides().map(|sides| EdgePair::new(grid, &sides)))
 }
 
 /// The sides of a footprint in cells.
 #[derive(Clone, Copy)]
-pub(crate) struct Edges<const SIDES: usize>([Edge; SIDES]);
+pub(crate) struct Edges<const PAIRS: usize>([EdgePair; PAIRS]);
 
 /// Whether some cells of a tile are so few that they are compared with an edge one by one, and not all at once.
 ///
@@ -317,18 +336,28 @@ fn are_few(cells: u64) -> bool {
     (0..FEW_CELLS).fold(cells, |left, _| left & left.wrapping_sub(1)) == 0
 }
 
-impl<const SIDES: usize> Edges<SIDES> {
+/// Whether some number of a pair is negative.
+#[inline]
+fn has_negative(pair: f64x2) -> bool {
+    pair.to_bitmask() != 0
+}
+
+impl<const PAIRS: usize> Edges<PAIRS> {
     /// Whether the footprint may hold a point, in cells from the lower left corner.
     #[inline]
-    pub(crate) fn may_hold(&self, (x, y): (f64, f64)) -> bool {
-        self.0.iter().all(|edge| edge.at_0 + edge.per_column * x + edge.per_row * y >= 0.0)
+    pub(crate) fn may_hold(&self, point: (f64, f64)) -> bool {
+        !self.0.iter().any(|pair| has_negative(pair.at(pair.at_0, point)))
     }
 
-    /// How far inside the lower left corner of a tile is.
+    /// How far inside the lower left corner of a tile is; `None` if all of the tile is beyond a side.
     #[inline]
-    fn at_first(&self, tile: Tile) -> [f64; SIDES] {
-        let (column, row) = (number(tile.column * TILE), number(tile.row * TILE));
-        self.0.map(|edge| edge.at_0 + edge.per_row * row + edge.per_column * column)
+    fn at_first(&self, tile: Tile) -> Option<[f64x2; PAIRS]> {
+        let corner = (number(tile.column * TILE), number(tile.row * TILE));
+        let at_first = self.0.map(|pair| pair.at(pair.at_0, corner));
+        let is_beyond = |(pair, &at_first): (&EdgePair, &f64x2)| {
+            has_negative(at_first + pair.to_corner + pair.most_in_tile())
+        };
+        (!self.0.iter().zip(&at_first).any(is_beyond)).then_some(at_first)
     }
 
     /// Those of some cells of a tile that may have a certain point within all edges: their centre, or the corner that is
@@ -337,23 +366,29 @@ impl<const SIDES: usize> Edges<SIDES> {
     #[inline]
     fn cells_within(
         &self,
-        at_first: &[f64; SIDES],
+        at_first: &[f64x2; PAIRS],
         cells: u64,
-        more: impl Fn(&Edge) -> f64,
+        more: impl Fn(&EdgePair) -> f64x2,
     ) -> u64 {
         let edges = &self.0;
-        let at_first: [f64; SIDES] = std::array::from_fn(|i| at_first[i] + more(&edges[i]));
+        let at_first: [f64x2; PAIRS] = std::array::from_fn(|i| at_first[i] + more(&edges[i]));
         if are_few(cells) {
             return self.few_within(&at_first, cells);
         }
         let mut within = cells;
-        for (edge, at_first) in self.0.iter().zip(at_first) {
-            if at_first + edge.to_most < 0.0 {
+        for (pair, at_first) in edges.iter().zip(at_first) {
+            // Most edges have the whole tile on one side.
+            let passing = (at_first + pair.least_in_tile()).to_bitmask();
+            if passing == 0 {
+                continue;
+            }
+            if has_negative(at_first + pair.most_in_tile()) {
                 return 0;
             }
-            // Most edges have the whole tile on one side.
-            if at_first + edge.to_least < 0.0 {
-                within &= edge.all_within(at_first);
+            for place in 0..2 {
+                if passing >> place & 1 == 1 {
+                    within &= pair.all_within(place, at_first);
+                }
             }
         }
         within
@@ -361,14 +396,13 @@ impl<const SIDES: usize> Edges<SIDES> {
 
     /// Those of some cells; `at_first` is how far inside the first cell of the tile is.
     #[inline]
-    fn few_within(&self, at_first: &[f64; SIDES], mut cells: u64) -> u64 {
+    fn few_within(&self, at_first: &[f64x2; PAIRS], mut cells: u64) -> u64 {
         let mut within = cells;
         while cells != 0 {
             let bit = cells.trailing_zeros() as usize;
-            let (column, row) = (number(bit % TILE), number(bit / TILE));
-            let is_beyond = |(edge, at_first): (&Edge, &f64)| {
-                at_first + edge.per_row * row + edge.per_column * column < 0.0
-            };
+            let cell = (number(bit % TILE), number(bit / TILE));
+            let is_beyond =
+                |(pair, &at_first): (&EdgePair, &f64x2)| has_negative(pair.at(at_first, cell));
             if self.0.iter().zip(at_first).any(is_beyond) {
                 within &= !(1 << bit);
             }
@@ -539,10 +573,10 @@ impl CellSet {
     }
 
     /// Calls `visit` with every cell of the set that a footprint may touch, once.
-    pub fn for_each_touched<const SIDES: usize>(
+    pub fn for_each_touched<const PAIRS: usize>(
         &self,
         grid: &Grid,
-        footprint: &impl Footprint<SIDES>,
+        footprint: &impl Footprint<PAIRS>,
         mut visit: impl FnMut(Cell),
     ) {
         let words = |tile: usize| (0, self.words[tile]);
@@ -550,10 +584,10 @@ impl CellSet {
     }
 
     /// Calls `visit` with every cell of the set whose centre a footprint may hold, once.
-    pub(crate) fn for_each_held<const SIDES: usize>(
+    pub(crate) fn for_each_held<const PAIRS: usize>(
         &self,
         grid: &Grid,
-        footprint: &impl Footprint<SIDES>,
+        footprint: &impl Footprint<PAIRS>,
         mut visit: impl FnMut(Cell),
     ) {
         let words = |tile: usize| (self.words[tile], 0);

@@ -4,7 +4,7 @@ use crate::geometry::{Frame, Sight, Triangle};
 use crate::grid::Cell;
 use crate::ground::SeenGround;
 use crate::motion::{MAX_PIECE_M, Piece};
-use crate::weeds::{Ahead, Weeds};
+use crate::weeds::{Ahead, Weeds, push_if};
 
 /// A camera that sees a triangle in front of the mower, without error and at once.
 #[derive(Debug, Clone)]
@@ -68,6 +68,19 @@ impl Sensor {
         self.ahead.is_empty()
     }
 
+    /// Whether no weed comes in sight on the piece that it is prepared for.
+    #[must_use]
+    #[inline]
+    pub fn meets_no_weed(&self) -> bool {
+        self.ahead.weeds.is_empty()
+    }
+
+    /// The cells whose centre comes in sight on the piece that it is prepared for.
+    #[inline]
+    pub fn seen_ahead(&self) -> impl Iterator<Item = &Cell> {
+        self.ahead.cells.iter().map(|(cell, _)| cell)
+    }
+
     /// Looks at the end of a stretch of the piece that it is prepared for.
     #[inline]
     pub fn look(&mut self, stretch: u32, weeds: &mut Weeds) -> Percept<'_> {
@@ -81,9 +94,9 @@ impl Sensor {
             detected.extend(
                 ahead.weeds.iter().filter(|entry| is_in_sight(entry)).map(|&(weed, _)| weed),
             );
-            seen.extend(
-                ahead.cells.iter().filter(|&&(_, at)| at == stretch).map(|&(cell, _)| cell),
-            );
+            for &(cell, at) in &ahead.cells {
+                push_if(seen, cell, at == stretch);
+            }
             weeds.detect(detected);
         }
         Percept { detected, seen }

@@ -7,6 +7,9 @@ use crate::sensor::Percept;
 ///
 /// Stretches that bring nothing new may be left out. The look at the start belongs to the reset and is not told.
 pub trait Watch {
+    /// Whether nobody hears of anything, so that stretches need not be told apart.
+    const IS_NOBODY: bool = false;
+
     /// The deck has cut on a stretch that ended when the mower had come `path_m` since reset.
     fn on_cut(&mut self, path_m: f64, cut: &Cut);
 
@@ -16,6 +19,8 @@ pub trait Watch {
 
 /// Nobody.
 impl Watch for () {
+    const IS_NOBODY: bool = true;
+
     #[inline]
     fn on_cut(&mut self, _path_m: f64, _cut: &Cut) {}
 

@@ -14,7 +14,7 @@ mod triangle;
 pub use arc::Arc;
 pub use departure::Departure;
 pub use dubins::{DubinsPath, PathError, Segment, Word, boustrophedon_length, shortest, words};
-pub use footprint::{Footprint, Side};
+pub use footprint::{Footprint, SidePair};
 pub use frame::Frame;
 pub use frames::{FRAMES, Frames};
 pub use pose::Pose;

@@ -2,7 +2,7 @@
 
 use wide::f64x2;
 
-use super::{Footprint, Frame, Side, Triangle};
+use super::{Footprint, Frame, SidePair, Triangle};
 use crate::math::{larger, smaller};
 
 /// Keeps what a border's tolerance lets in, metres.
@@ -41,7 +41,7 @@ impl Sight {
         // A corner runs on a circle of radius 1/k + reach at most, and leaves its chord by as much as in `BarSweep`.
         let (k, reach_m) = (curvature_per_m.abs(), triangle.reach_m());
         // The far corner on the inner side of the turn comes first, then the outer one.
-        let outwards = if curvature_per_m < 0.0 { -1.0 } else { 1.0 };
+        let outwards = 1.0_f64.copysign(curvature_per_m + 0.0);
         let (from, to) =
             (triangle.corners_from(start, outwards), triangle.corners_from(end, outwards));
         let corners = [from[0], from[1], from[2], to[0], to[1], to[2]];
@@ -55,7 +55,7 @@ impl Sight {
 
     /// Two sides, each along the line from one corner to another, as far out as any corner comes.
     #[inline]
-    fn two_sides(&self, from: [usize; 2], to: [usize; 2]) -> [Side; 2] {
+    fn two_sides(&self, from: [usize; 2], to: [usize; 2]) -> SidePair {
         /// Where the mower stands still a corner has no path: then any direction will do.
         const ANY: f64 = 1e-100;
         let Self { x_m, y_m, bulge_m, outwards } = self;
@@ -65,8 +65,7 @@ impl Sight {
         let along = |i: usize| x * x_m[i] + y * y_m[i];
         let highest = (1..6).fold(along(0), |highest, i| highest.fast_max(along(i)));
         let level = highest + (x * x + y * y).sqrt() * *bulge_m;
-        let (x, y, level) = (x.to_array(), y.to_array(), level.to_array());
-        std::array::from_fn(|i| Side { gradient: (x[i], y[i]), level: level[i] })
+        SidePair { x, y, level }
     }
 }
 
@@ -78,7 +77,7 @@ fn highest(of: [f64; 6]) -> f64 {
     of.into_iter().reduce(larger).unwrap_or_default()
 }
 
-impl Footprint<4> for Sight {
+impl Footprint<2> for Sight {
     #[inline]
     fn x_range(&self) -> (f64, f64) {
         (lowest(self.x_m) - self.bulge_m, highest(self.x_m) + self.bulge_m)
@@ -92,10 +91,8 @@ impl Footprint<4> for Sight {
     /// Lines from corner to corner: from the first apex to the outer far corner, along that one's path, to the inner far corner
     /// at the end, and back. The path comes first: most of what is visited in vain is beyond it. Gradients not of length 1.
     #[inline]
-    fn sides(&self) -> [Side; 4] {
-        let [corner_path, far] = self.two_sides([2, 5], [5, 4]);
-        let [outer, inner] = self.two_sides([0, 4], [2, 0]);
-        [corner_path, far, outer, inner]
+    fn sides(&self) -> [SidePair; 2] {
+        [self.two_sides([2, 5], [5, 4]), self.two_sides([0, 4], [2, 0])]
     }
 }
 
@@ -116,14 +113,17 @@ mod tests {
             let end = start.advanced(curvature_per_m, length_m);
             for triangle in &triangles {
                 let sight = Sight::along(triangle, &start, &end, curvature_per_m, length_m);
-                assert!(sight.sides().iter().all(|side| side.gradient != (0.0, 0.0)), "{turn}");
+                let (none, mut sides) = (f64x2::ZERO, sight.sides().into_iter());
+                let is_a_line =
+                    |pair: SidePair| !(pair.x.simd_eq(none) & pair.y.simd_eq(none)).any();
+                assert!(sides.all(is_a_line), "{turn}");
                 let ((left, right), (bottom, top)) = (sight.x_range(), sight.y_range());
                 for step in 0..=8 {
                     let look = start.advanced(curvature_per_m, length_m * f64::from(step) / 8.0);
                     for point in grid_of_points().filter(|&point| triangle.contains(&look, point)) {
                         assert!(left <= point.x && point.x <= right, "{point}");
                         assert!(bottom <= point.y && point.y <= top, "{point}");
-                        assert!(sight.sides().iter().all(|side| side.holds(point)), "{point}");
+                        assert!(sight.sides().iter().all(|sides| sides.hold(point)), "{point}");
                     }
                 }
             }
@@ -153,7 +153,7 @@ mod tests {
                     Point::new(0.5 * inner.x, 0.5 * inner.y + sign * 0.8),
                     path,
                 ] {
-                    assert!(!sight.sides().iter().all(|side| side.holds(beyond)), "{beyond}");
+                    assert!(!sight.sides().iter().all(|sides| sides.hold(beyond)), "{beyond}");
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use wide::f64x2;
 
-use super::{Arc, Footprint, Frame, Point, Side};
+use super::{Arc, Footprint, Frame, Point, SidePair};
 
 /// How far outside the bar a point still counts as mowed, metres.
 ///
@@ -156,7 +156,7 @@ impl Footprint<0> for BarSweep {
 
     /// None: who looks for something under it looks into the box around it.
     #[inline]
-    fn sides(&self) -> [Side; 0] {
+    fn sides(&self) -> [SidePair; 0] {
         []
     }
 }

@@ -86,7 +86,7 @@ impl SeenGround {
     }
 
     /// Takes note that these cells are seen.
-    pub fn absorb(&mut self, cells: &[Cell]) {
+    pub fn absorb<'a>(&mut self, cells: impl IntoIterator<Item = &'a Cell>) {
         for &cell in cells {
             self.unseen_count -= usize::from(self.unseen.remove(cell));
         }

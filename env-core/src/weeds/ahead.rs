@@ -34,3 +34,10 @@ impl<T> Ahead<T> {
         self.weeds.is_empty() && self.cells.is_empty()
     }
 }
+
+/// Adds to a list if that is wanted: without a branch, where no processor could foresee whether it is.
+#[inline]
+pub(crate) fn push_if<T: Copy>(list: &mut Vec<T>, entry: T, is_wanted: bool) {
+    list.push(entry);
+    list.truncate(list.len() - usize::from(!is_wanted));
+}

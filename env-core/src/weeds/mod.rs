@@ -14,6 +14,7 @@ use fine::FineCells;
 use index::{CellIndex, State};
 
 pub use ahead::Ahead;
+pub(crate) use ahead::push_if;
 pub use placement::draw;
 
 /// All weeds of an episode, found through the grid.
@@ -155,9 +156,9 @@ impl Weeds {
 
     /// Finds the standing weeds that were not detected yet, and the unseen cells by their centre, for which `test` has an
     /// answer; it has none for points outside `footprint`.
-    pub fn find_undetected<const SIDES: usize, T>(
+    pub fn find_undetected<const PAIRS: usize, T: Copy + Default>(
         &self,
-        footprint: &impl Footprint<SIDES>,
+        footprint: &impl Footprint<PAIRS>,
         test: impl Fn(Point) -> Option<T>,
         ground: &SeenGround,
         ahead: &mut Ahead<T>,
@@ -170,7 +171,9 @@ impl Weeds {
         let words = |tile: usize| (unseen[tile], sought[tile]);
         grid.for_each_touched(footprint, words, |tile, unseen, weeds, edges| {
             tile.for_each(unseen, |cell| {
-                cells.extend(test(grid.centre(cell.column, cell.row)).map(|answer| (cell, answer)));
+                let answer = test(grid.centre(cell.column, cell.row));
+                let is_met = answer.is_some();
+                push_if(cells, (cell, answer.unwrap_or_default()), is_met);
             });
             tile.for_each(weeds, |cell| {
                 for weed in index.in_cell(cell) {

@@ -2,12 +2,16 @@
 
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
+use std::collections::BTreeSet;
+
 use proptest::prelude::*;
 use swath_core::action::Command;
-use swath_core::env::Env;
+use swath_core::deck::Cut;
+use swath_core::env::{Env, Watch};
 use swath_core::episode::End;
 use swath_core::geometry::Point;
 use swath_core::grid::Grid;
+use swath_core::sensor::Percept;
 use swath_tests::cases::cases;
 use swath_tests::scene::{Scene, scenes};
 
@@ -50,6 +54,22 @@ fn unseen(env: &Env) -> Vec<(usize, usize)> {
 
 fn known(env: &Env) -> Vec<(u32, Point)> {
     env.view().known_weeds.iter().map(|weed| (weed.number, weed.position)).collect()
+}
+
+/// Hears which cells are seen for the first time.
+#[derive(Default)]
+struct Listener {
+    seen: BTreeSet<(usize, usize)>,
+}
+
+impl Watch for Listener {
+    fn on_cut(&mut self, _path_m: f64, cut: &Cut) {
+        self.seen.extend(cut.seen.iter().map(|cell| (cell.column, cell.row)));
+    }
+
+    fn on_look(&mut self, _path_m: f64, percept: &Percept) {
+        self.seen.extend(percept.seen.iter().map(|cell| (cell.column, cell.row)));
+    }
 }
 
 proptest! {
@@ -102,6 +122,23 @@ proptest! {
         prop_assert_eq!(whole.weeds().is_mowed(), pieces.weeds().is_mowed());
         prop_assert_eq!(unseen(&whole), unseen(&pieces));
         prop_assert_eq!(known(&whole), known(&pieces));
+    }
+
+    /// Who listens has every stretch told apart; nobody does otherwise, where it brings no more than ground.
+    #[test]
+    fn a_drive_leads_to_the_same_bytes_whoever_listens(scene in scenes(), headland_m in 0.0..3.0) {
+        let mut scene = scene;
+        scene.scenario.pasture.headland_m = headland_m;
+        let (mut alone, mut heard, mut listener) = (scene.env(), scene.env(), Listener::default());
+        let before = unseen(&alone).len();
+        for &command in &scene.drive {
+            if alone.end() == Some(End::Running) {
+                let step = alone.drive(command).unwrap();
+                prop_assert_eq!(heard.drive_watched(command, &mut listener).unwrap(), step);
+                prop_assert_eq!(heard.snapshot(), alone.snapshot());
+            }
+        }
+        prop_assert_eq!(listener.seen.len(), before - unseen(&alone).len());
     }
 
     /// Steps that end exactly where the sensor looks, or a whole number of them between two looks.
