@@ -15,7 +15,7 @@ FLATNESS = 1.15
 
 ALIKE = [
     ("known/40-weeds", "known/10000-weeds", 1.2),
-    ("wide/40-weeds", "wide/10000-weeds", 1.6),
+    ("wide/40-weeds", "wide/10000-weeds", 1.4),
     ("drive/40-weeds", "drive/10000-weeds", 1.3),
     ("drive-wide/40-weeds", "drive-wide/10000-weeds", 1.3),
     ("known/160-weeds", "known/1000x400-m", FLATNESS),

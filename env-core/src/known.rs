@@ -22,7 +22,7 @@ pub struct KnownWeed {
 }
 
 /// Smallest side of a bucket, metres; larger pastures have larger buckets, so that there are at most about this many.
-const BUCKET_M: f64 = 1.0;
+const BUCKET_M: f64 = 0.5;
 const BUCKETS: f64 = 16_384.0;
 /// The end of a bucket's chain.
 const NONE: u32 = u32::MAX;
@@ -201,36 +201,33 @@ impl KnownWeeds {
         self.grid.size_m()
     }
 
-    /// Calls `visit` with the weeds that stand in `outer`, but not in `inner`.
+    /// A window around a point whose sides are `reach_m` away at least.
+    pub(crate) fn window(&self, around: Point, reach_m: f64) -> Window {
+        Window::around(around, reach_m, &self.grid)
+    }
+
+    /// Whether a weed there would be in a window.
+    pub(crate) fn is_in(&self, window: &Window, position: Point) -> bool {
+        window.holds(self.grid.cell_of(position))
+    }
+
+    /// Calls `visit` with the weeds in `outer` that are not in `inner`, which it holds.
     pub(crate) fn for_each_between(
         &self,
         inner: &Window,
         outer: &Window,
         mut visit: impl FnMut(KnownWeed),
     ) {
+        let counts = [self.grid.columns(), self.grid.rows()];
+        let [columns, rows] = outer.buckets(counts);
+        let [inner_columns, inner_rows] = inner.buckets(counts);
         let mut visit_buckets = |columns: Range<usize>, rows: Range<usize>| {
-            self.occupied.for_each_in(&self.grid, columns, rows, |cell| {
-                self.for_each_in(cell, |weed| {
-                    if outer.contains(weed.position) && !inner.contains(weed.position) {
-                        visit(weed);
-                    }
+            if !columns.is_empty() && !rows.is_empty() {
+                self.occupied.for_each_in(&self.grid, columns, rows, |cell| {
+                    self.for_each_in(cell, &mut visit);
                 });
-            });
+            }
         };
-        let (first, last) = (self.grid.cell_of(outer.low()), self.grid.cell_of(outer.high()));
-        let (columns, rows) = (first.0..last.0 + 1, first.1..last.1 + 1);
-        let (first, last) = (self.grid.cell_of(inner.low()), self.grid.cell_of(inner.high()));
-        // Buckets that lie wholly in `inner` are not looked into.
-        let within =
-            |buckets: &Range<usize>, is_low: bool, first: usize, is_high: bool, last: usize| {
-                let start = if is_low { buckets.start } else { first + 1 };
-                start..if is_high { buckets.end } else { last }
-            };
-        let (low, high) = (inner.low(), inner.high());
-        let inner_columns =
-            within(&columns, low.x == f64::NEG_INFINITY, first.0, high.x == f64::INFINITY, last.0);
-        let inner_rows =
-            within(&rows, low.y == f64::NEG_INFINITY, first.1, high.y == f64::INFINITY, last.1);
         if inner_columns.is_empty() || inner_rows.is_empty() {
             visit_buckets(columns, rows);
             return;

@@ -1,65 +1,92 @@
-//! A part of the ground whose sides lie along the axes.
+//! A part of the ground, made of whole buckets.
+
+use std::ops::Range;
 
 use crate::geometry::Point;
+use crate::grid::Grid;
 use crate::math::{larger, smaller};
 
-/// A rectangle, its sides included; a side beyond which there is nothing is infinitely far away.
+/// By so much the sides count as nearer than they are, metres: what rounding may do to a weed at a side.
+const SLACK_M: f64 = 1e-9;
+
+/// A rectangle of buckets; a side beyond which there is nothing is infinitely far away.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Window {
-    low: Point,
-    high: Point,
+    /// The first column and row, and those behind the last ones.
+    first: [usize; 2],
+    end: [usize; 2],
+    low_m: Point,
+    high_m: Point,
 }
 
 impl Window {
     /// All ground.
-    pub(crate) const EVERYWHERE: Self = Self::between(f64::NEG_INFINITY, f64::INFINITY);
+    pub(crate) const EVERYWHERE: Self =
+        Self::between((0, f64::NEG_INFINITY), (usize::MAX, f64::INFINITY));
     /// No ground.
-    pub(crate) const NOWHERE: Self = Self::between(f64::INFINITY, f64::NEG_INFINITY);
+    pub(crate) const NOWHERE: Self =
+        Self::between((usize::MAX, f64::INFINITY), (0, f64::NEG_INFINITY));
 
-    const fn between(low_m: f64, high_m: f64) -> Self {
-        Self { low: Point::new(low_m, low_m), high: Point::new(high_m, high_m) }
+    const fn between((first, low_m): (usize, f64), (end, high_m): (usize, f64)) -> Self {
+        let (low_m, high_m) = (Point::new(low_m, low_m), Point::new(high_m, high_m));
+        Self { first: [first; 2], end: [end; 2], low_m, high_m }
     }
 
-    /// The square around a point whose sides are `reach_m` away, without those that leave a pasture of `length_m` by `width_m`.
-    pub(crate) fn around(at: Point, reach_m: f64, (length_m, width_m): (f64, f64)) -> Self {
-        let below = |at_m: f64| if at_m > 0.0 { at_m } else { f64::NEG_INFINITY };
-        let above = |at_m: f64, size_m: f64| if at_m < size_m { at_m } else { f64::INFINITY };
+    /// The buckets that a square around a point touches whose sides are `reach_m` away.
+    pub(super) fn around(at: Point, reach_m: f64, buckets: &Grid) -> Self {
+        let reach = Point::new(reach_m, reach_m).coords;
+        let (low, high) = (buckets.cell_of(at - reach), buckets.cell_of(at + reach));
+        let (side_x_m, side_y_m) = buckets.cell_m();
+        let below = |first: usize, side_m: f64| {
+            if first == 0 { f64::NEG_INFINITY } else { first as f64 * side_m + SLACK_M }
+        };
+        let above = |end: usize, count: usize, side_m: f64| {
+            if end == count { f64::INFINITY } else { end as f64 * side_m - SLACK_M }
+        };
+        let end = [high.0 + 1, high.1 + 1];
         Self {
-            low: Point::new(below(at.x - reach_m), below(at.y - reach_m)),
-            high: Point::new(above(at.x + reach_m, length_m), above(at.y + reach_m, width_m)),
+            first: [low.0, low.1],
+            end,
+            low_m: Point::new(below(low.0, side_x_m), below(low.1, side_y_m)),
+            high_m: Point::new(
+                above(end[0], buckets.columns(), side_x_m),
+                above(end[1], buckets.rows(), side_y_m),
+            ),
         }
     }
 
     /// The smallest window that holds both.
     pub(crate) fn with(&self, other: &Self) -> Self {
-        let (low, high) = (&self.low, &self.high);
+        let [first, end] = [
+            std::array::from_fn(|i| self.first[i].min(other.first[i])),
+            std::array::from_fn(|i| self.end[i].max(other.end[i])),
+        ];
+        let (low, high) = (&self.low_m, &self.high_m);
+        let (low2, high2) = (&other.low_m, &other.high_m);
         Self {
-            low: Point::new(smaller(low.x, other.low.x), smaller(low.y, other.low.y)),
-            high: Point::new(larger(high.x, other.high.x), larger(high.y, other.high.y)),
+            first,
+            end,
+            low_m: Point::new(smaller(low.x, low2.x), smaller(low.y, low2.y)),
+            high_m: Point::new(larger(high.x, high2.x), larger(high.y, high2.y)),
         }
     }
 
-    /// Lowest corner, metres.
-    pub(crate) fn low(&self) -> Point {
-        self.low
+    /// Its columns and rows, of so many.
+    pub(super) fn buckets(&self, counts: [usize; 2]) -> [Range<usize>; 2] {
+        std::array::from_fn(|i| self.first[i].min(counts[i])..self.end[i].min(counts[i]))
     }
 
-    /// Highest corner, metres.
-    pub(crate) fn high(&self) -> Point {
-        self.high
-    }
-
-    /// Whether a point lies in it.
+    /// Whether it holds a bucket.
     #[inline]
-    pub(crate) fn contains(&self, point: Point) -> bool {
-        let Self { low, high } = self;
-        (low.x <= point.x && point.x <= high.x) && (low.y <= point.y && point.y <= high.y)
+    pub(super) fn holds(&self, (column, row): (usize, usize)) -> bool {
+        let Self { first, end, .. } = self;
+        (first[0] <= column && column < end[0]) && (first[1] <= row && row < end[1])
     }
 
     /// How far a point is from the nearest side, metres; below 0 outside.
     #[inline]
     pub(crate) fn margin_m(&self, point: Point) -> f64 {
-        let x_m = smaller(point.x - self.low.x, self.high.x - point.x);
-        smaller(x_m, smaller(point.y - self.low.y, self.high.y - point.y))
+        let x_m = smaller(point.x - self.low_m.x, self.high_m.x - point.x);
+        smaller(x_m, smaller(point.y - self.low_m.y, self.high_m.y - point.y))
     }
 }

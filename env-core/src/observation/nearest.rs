@@ -123,7 +123,7 @@ impl NearestWeeds {
             self.next_number = last.number + 1;
             self.places.scale(known.size_m());
             for &weed in detected {
-                if self.window.contains(weed.position) && !self.remember(weed) {
+                if known.is_in(&self.window, weed.position) && !self.remember(weed) {
                     self.window = Window::NOWHERE;
                 }
             }
@@ -259,9 +259,9 @@ impl NearestWeeds {
         }
         // So many weeds are within this reach at least.
         let reach_m = limit_m2.sqrt() * (1.0 + SPARE) + SPARE_M;
-        let around = Window::around(from, reach_m, known.size_m());
+        let around = known.window(from, reach_m);
         let to = from + AHEAD * (from - self.last_from);
-        let ahead = around.with(&Window::around(to, reach_m, known.size_m()));
+        let ahead = around.with(&known.window(to, reach_m));
         if self.extend(self.window.with(&ahead), known) {
             return true;
         }
