@@ -22,7 +22,7 @@ pub struct KnownWeed {
 }
 
 /// Smallest side of a bucket, metres; larger pastures have larger buckets, so that there are at most about this many.
-const BUCKET_M: f64 = 0.5;
+const BUCKET_M: f64 = 1.0;
 const BUCKETS: f64 = 16_384.0;
 /// The end of a bucket's chain.
 const NONE: u32 = u32::MAX;

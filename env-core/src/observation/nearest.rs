@@ -9,13 +9,13 @@ use crate::geometry::Point;
 use crate::known::{KnownWeed, KnownWeeds, Window, is_before};
 
 /// How many weeds are remembered at most for each one that is listed.
-const REMEMBERED: usize = 12;
+const REMEMBERED: usize = 16;
 /// A window reaches this much further than it has to, metres; and as a share, for rounding far from the pasture.
 const SPARE_M: f64 = 0.03;
 const SPARE: f64 = 1e-9;
 
 /// A window that has to grow reaches to where the mower is after so many questions more, if it goes on as it does.
-const AHEAD: f64 = 3.0;
+const AHEAD: f64 = 2.0;
 
 /// The known weeds nearest to a mower that moves little between questions.
 ///

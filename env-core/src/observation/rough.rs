@@ -27,7 +27,7 @@ pub(super) struct RoughPositions {
 }
 
 /// So many places lie within, and no further memory has to be fetched: those of eight weeds that are listed.
-const NEAR_PLACES: usize = 96;
+const NEAR_PLACES: usize = 128;
 
 impl RoughPositions {
     /// Room for so many.
