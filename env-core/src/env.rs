@@ -1,7 +1,7 @@
 //! The step, from action to observation.
 //!
 //! Read [`Env::step`] and [`Env::drive`]: one line a phase, in the order of the modules of this crate; deck and sensor look
-//! ahead first, and where nothing is to be met the mower drives on at once. Where a weed is mowed is the line of
+//! ahead first, and where nothing but ground is to be met the mower drives on at once. Where a weed is mowed is the line of
 //! the deck; who may see it, the line of the sensor; what it is worth, the line of the reward.
 
 mod setup;
@@ -299,8 +299,8 @@ impl Env {
             deck.prepare(&piece, &self.weeds, self.belief.ground());
             sensor.prepare(&piece, &self.weeds, self.belief.ground());
             // Most pieces bring nothing new, or ground alone, of which nobody asks where it was seen: the mower drives on.
-            let is_of_ground = sensor.is_idle() || (W::IS_NOBODY && sensor.meets_no_weed());
-            if deck.is_idle() && is_of_ground && piece.is_within(&self.setup.site) {
+            let tells_nothing = sensor.is_idle() || (W::IS_NOBODY && sensor.meets_no_weed());
+            if deck.is_idle() && tells_nothing && piece.is_within(&self.setup.site) {
                 self.mower.follow_all(&piece);
                 tally.distance_m = piece.driven_m();
                 self.belief.absorb_ground(sensor.seen_ahead());

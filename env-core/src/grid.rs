@@ -121,13 +121,6 @@ impl Grid {
     #[must_use]
     pub fn cell_at(&self, point: Point) -> Cell {
         let (column, row) = self.cell_of(point);
-        self.cell(column, row)
-    }
-
-    /// The cell of a column and row.
-    #[inline]
-    #[must_use]
-    pub(crate) fn cell(&self, column: usize, row: usize) -> Cell {
         let (tile, bit) = self.place(column, row);
         Cell { column, row, tile, bit }
     }
@@ -377,11 +370,12 @@ impl<const PAIRS: usize> Edges<PAIRS> {
         }
         let mut within = cells;
         for (pair, at_first) in edges.iter().zip(at_first) {
-            // Most edges have the whole tile on one side.
+            // Mostly the whole tile is within both.
             let passing = (at_first + pair.least_in_tile()).to_bitmask();
             if passing == 0 {
                 continue;
             }
+            // One that has all of it beyond is not asked cell by cell: 16 bits hold what passes through a tile only.
             if has_negative(at_first + pair.most_in_tile()) {
                 return 0;
             }

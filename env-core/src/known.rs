@@ -201,7 +201,7 @@ impl KnownWeeds {
         self.grid.size_m()
     }
 
-    /// A window around a point whose sides are `reach_m` away at least.
+    /// A window around a point whose sides are about `reach_m` away at least: the window's slack may be missing.
     pub(crate) fn window(&self, around: Point, reach_m: f64) -> Window {
         Window::around(around, reach_m, &self.grid)
     }

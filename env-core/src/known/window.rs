@@ -6,8 +6,8 @@ use crate::geometry::Point;
 use crate::grid::Grid;
 use crate::math::{larger, smaller};
 
-/// By so much the sides count as nearer than they are, metres: what rounding may do to a weed at a side.
-const SLACK_M: f64 = 1e-9;
+/// By so much the sides count as nearer than they are, metres: more than rounding may do to a weed at a side.
+const SLACK_M: f64 = 1e-6;
 
 /// A rectangle of buckets; a side beyond which there is nothing is infinitely far away.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,6 +15,7 @@ pub(crate) struct Window {
     /// The first column and row, and those behind the last ones.
     first: [usize; 2],
     end: [usize; 2],
+    /// The sides, a slack further in; infinitely far away at the pasture's border.
     low_m: Point,
     high_m: Point,
 }

@@ -21,7 +21,7 @@ const AHEAD: f64 = 2.0;
 ///
 /// It remembers all weeds in a window. As long as the nearest ones stand closer than the window's sides, no other weed
 /// has to be looked at; else the window grows, until it holds too many weeds and begins anew. While few weeds are known, it
-/// holds all of them.
+/// holds all of them. Where the buckets next to the mower alone hold too many, the weeds are looked up at every question.
 #[derive(Debug, Clone)]
 pub(super) struct NearestWeeds {
     most: usize,
@@ -432,6 +432,38 @@ mod tests {
             let found: Vec<KnownWeed> = nearest.find(walk.at, &walk.known).copied().collect();
             assert_eq!(found, walk.nearest_of_all(8));
             walk.at = at;
+        }
+    }
+
+    #[test]
+    fn the_list_is_that_of_all_known_weeds_on_pastures_of_any_size_and_from_anywhere() {
+        // One bucket, buckets of a metre, larger ones, and very many along one side.
+        for (length_m, width_m) in [(0.8, 0.7), (53.0, 31.0), (2000.3, 900.7), (40_000.1, 1.3)] {
+            let mut rng = stream(11, Stream::Weeds);
+            let mut walk = Walk::among(Vec::new(), stream(12, Stream::Weeds));
+            walk.known = KnownWeeds::none(length_m, width_m);
+            let bucket_m = (length_m * width_m / 16_384.0_f64).sqrt().max(1.0);
+            for number in 0..1200 {
+                let mut at = |size_m: f64| size_m * uniform(&mut rng);
+                let position = match number % 3 {
+                    0 => Point::new(at(length_m), at(width_m)),
+                    // Far more than are remembered in one bucket, and some about the borders of buckets.
+                    1 => Point::new(at(0.5), at(0.5)),
+                    _ => Point::new((at(40.0).floor() * bucket_m).min(length_m), at(width_m)),
+                };
+                walk.known.add(KnownWeed { number, position });
+            }
+            let mut nearest = NearestWeeds::new(8);
+            for question in 0..600 {
+                let found: Vec<KnownWeed> = nearest.find(walk.at, &walk.known).copied().collect();
+                assert_eq!(found, walk.nearest_of_all(8), "{length_m} x {width_m}: {question}");
+                walk.at += Point::new(0.3, 0.01).coords;
+                if question % 40 == 0 {
+                    let away_m = [0.0, 1e3, 1e6, 1e9][question / 40 % 4];
+                    let mut at = |size_m: f64| (size_m + away_m) * uniform(&mut rng) - away_m / 2.0;
+                    walk.at = Point::new(at(length_m.min(60.0)), at(width_m));
+                }
+            }
         }
     }
 

@@ -124,7 +124,7 @@ proptest! {
         prop_assert_eq!(known(&whole), known(&pieces));
     }
 
-    /// Who listens has every stretch told apart; nobody does otherwise, where it brings no more than ground.
+    /// A piece that brings ground alone is driven stretch by stretch for who listens, and at once for nobody.
     #[test]
     fn a_drive_leads_to_the_same_bytes_whoever_listens(scene in scenes(), headland_m in 0.0..3.0) {
         let mut scene = scene;
