@@ -102,9 +102,9 @@ impl Ghost {
         let followed_m = self.followed_m();
         self.mowed.retain(|&(_, path_m)| followed_m < path_m + MISSED_AFTER_M);
         let mowed = &self.mowed;
-        let is_open = |weed: &&KnownWeed| mowed.iter().all(|(number, _)| *number != weed.number);
+        let is_open = |weed: &KnownWeed| mowed.iter().all(|(number, _)| *number != weed.number);
         self.known.clear();
-        view.known_weeds.iter().filter(is_open).for_each(|&weed| self.known.add(weed));
+        view.known_weeds.iter().filter(is_open).for_each(|weed| self.known.add(weed));
     }
 }
 

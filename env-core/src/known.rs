@@ -1,14 +1,16 @@
 //! The weeds that a mower has still to mow, as far as it knows.
 
+mod iter;
 mod window;
 
-use std::ops::{Deref, Range};
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::geometry::Point;
 use crate::grid::{Cell, CellSet, Grid};
 use crate::math::{floor_index, larger};
 
+pub use iter::Iter;
 pub(crate) use window::Window;
 
 /// A weed that was detected and not yet mowed.
@@ -24,16 +26,22 @@ pub struct KnownWeed {
 /// Smallest side of a bucket, metres; larger pastures have larger buckets, so that there are at most about this many.
 const BUCKET_M: f64 = 1.0;
 const BUCKETS: f64 = 16_384.0;
+/// Bits of a word.
+const WORD: usize = u64::BITS as usize;
 /// The end of a bucket's chain.
 const NONE: u32 = u32::MAX;
 /// Half the side of the first square that is searched for the nearest weeds, in buckets, and how it grows.
 const FIRST_REACH: usize = 1;
 const GROWTH: usize = 2;
 
-/// Known weeds in the order of detection, read as a slice; buckets find the nearest ones.
+/// Known weeds in the order of detection; buckets find the nearest ones.
+///
+/// To add a weed, to remove one and to ask for one by its number takes as long among many as among few.
 #[derive(Debug, Clone)]
 pub struct KnownWeeds {
-    list: Vec<KnownWeed>,
+    /// Which numbers are those of known weeds, 64 to a word, lowest bit first; and how many.
+    standing: Vec<u64>,
+    count: usize,
     grid: Arc<Grid>,
     /// Buckets that hold a weed.
     occupied: Box<CellSet>,
@@ -45,14 +53,6 @@ pub struct KnownWeeds {
     removed: Vec<u32>,
 }
 
-impl Deref for KnownWeeds {
-    type Target = [KnownWeed];
-
-    fn deref(&self) -> &[KnownWeed] {
-        &self.list
-    }
-}
-
 impl KnownWeeds {
     /// No weed on a pasture of `length_m` by `width_m`.
     #[must_use]
@@ -61,21 +61,23 @@ impl KnownWeeds {
         let grid = Grid::with_cells_of(side_m, length_m, width_m);
         let occupied = Box::new(CellSet::empty(&grid));
         let first = vec![NONE; 64 * occupied.words().len()];
-        let (list, chain, removed) = (Vec::new(), Vec::new(), Vec::new());
-        Self { list, grid: Arc::new(grid), occupied, first, chain, removed }
+        let (standing, chain, removed) = (Vec::new(), Vec::new(), Vec::new());
+        Self { standing, count: 0, grid: Arc::new(grid), occupied, first, chain, removed }
     }
 
     /// Forgets every weed.
     pub fn clear(&mut self) {
         self.occupied.clear();
-        self.list.clear();
+        self.standing.clear();
+        self.count = 0;
         self.chain.clear();
         self.removed.clear();
     }
 
     /// Makes room for so many detections.
     pub(crate) fn reserve(&mut self, weeds: usize) {
-        self.list.reserve(weeds.saturating_sub(self.list.len()));
+        let words = weeds.div_ceil(WORD);
+        self.standing.reserve(words.saturating_sub(self.standing.len()));
         self.chain.reserve(weeds.saturating_sub(self.chain.len()));
         self.removed.reserve(weeds.saturating_sub(self.removed.len()));
     }
@@ -94,7 +96,9 @@ impl KnownWeeds {
         self.chain.resize(number, (weed.position, NONE));
         self.chain.push((weed.position, after));
         self.first[bucket(cell)] = weed.number;
-        self.list.push(weed);
+        self.standing.resize(number / WORD + 1, 0);
+        self.standing[number / WORD] |= 1 << (number % WORD);
+        self.count += 1;
     }
 
     /// Takes note that a detected weed was mowed, even one that was never in this list.
@@ -108,11 +112,14 @@ impl KnownWeeds {
 
     /// Strikes out the weed of that number, if it is known.
     pub fn remove(&mut self, number: u32) {
-        let Some(index) = self.index_of(number) else { return };
-        let weed = self.list.remove(index);
+        if !self.holds(number) {
+            return;
+        }
+        self.standing[number as usize / WORD] &= !(1 << (number as usize % WORD));
+        self.count -= 1;
         self.removed.push(number);
-        let cell = self.grid.cell_at(weed.position);
-        let after = self.chain[number as usize].1;
+        let (position, after) = self.chain[number as usize];
+        let cell = self.grid.cell_at(position);
         let first = &mut self.first[bucket(cell)];
         if *first == number {
             *first = after;
@@ -128,36 +135,61 @@ impl KnownWeeds {
         self.chain[before].1 = after;
     }
 
-    fn index_of(&self, number: u32) -> Option<usize> {
-        self.list.binary_search_by_key(&number, |weed| weed.number).ok()
+    /// Number of known weeds.
+    #[must_use]
+    #[inline]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether no weed is known that is still to be mowed.
+    #[must_use]
+    #[inline]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The weeds in the order of their detection.
+    #[must_use]
+    #[inline]
+    pub fn iter(&self) -> Iter<'_> {
+        self.since(0)
+    }
+
+    /// The weeds whose numbers are not below `number`, in the order of their detection.
+    #[must_use]
+    #[inline]
+    pub fn since(&self, number: u32) -> Iter<'_> {
+        Iter::since(&self.standing, &self.chain, number)
+    }
+
+    /// A number above those of all weeds so far, mowed ones too.
+    #[must_use]
+    #[inline]
+    #[expect(clippy::cast_possible_truncation, reason = "numbers have 32 bits")]
+    pub fn next_number(&self) -> u32 {
+        self.chain.len() as u32
+    }
+
+    /// Whether the weed of that number is known and not yet mowed.
+    #[must_use]
+    #[inline]
+    pub fn holds(&self, number: u32) -> bool {
+        let word = self.standing.get(number as usize / WORD);
+        word.is_some_and(|word| word >> (number as usize % WORD) & 1 == 1)
     }
 
     /// The weed of that number, if it is known and not yet mowed.
     #[must_use]
     pub fn of_number(&self, number: u32) -> Option<KnownWeed> {
-        self.index_of(number).map(|index| self.list[index])
-    }
-
-    /// Whether the weed of that number is known and not yet mowed.
-    #[must_use]
-    pub fn holds(&self, number: u32) -> bool {
-        self.index_of(number).is_some()
+        let weed = || KnownWeed { number, position: self.chain[number as usize].0 };
+        self.holds(number).then(weed)
     }
 
     /// The numbers of the weeds that were struck out, in that order.
     #[must_use]
     pub fn removed(&self) -> &[u32] {
         &self.removed
-    }
-
-    /// The weeds whose numbers are not below `number`.
-    #[must_use]
-    pub fn since(&self, number: u32) -> &[KnownWeed] {
-        // Mostly there is none, which is told without a look at any of them.
-        if number as usize >= self.chain.len() {
-            return &[];
-        }
-        &self.list[self.list.partition_point(|weed| weed.number < number)..]
     }
 
     /// Writes the weeds nearest to `from` to `nearest` with their squared distances, nearest first, ties by order of detection; returns how many.
@@ -168,8 +200,8 @@ impl KnownWeeds {
         let mut reach = FIRST_REACH;
         loop {
             // Where weeds are few and far between, looking at each of them is quicker than at empty buckets.
-            if self.list.len() <= found.places.len().max(4 * reach * reach) {
-                self.list.iter().for_each(|&weed| found.offer(from, weed));
+            if self.count <= found.places.len().max(4 * reach * reach) {
+                self.iter().for_each(|weed| found.offer(from, weed));
                 break;
             }
             let around =
@@ -284,6 +316,15 @@ impl KnownWeeds {
     }
 }
 
+impl<'a> IntoIterator for &'a KnownWeeds {
+    type Item = KnownWeed;
+    type IntoIter = Iter<'a>;
+
+    fn into_iter(self) -> Iter<'a> {
+        self.iter()
+    }
+}
+
 /// The ground of a bucket.
 struct Bucket {
     cell: Cell,
@@ -356,7 +397,44 @@ impl Nearest<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::rng::{Stream, stream, uniform};
+    use crate::rng::{Stream, StreamRng, below, stream, uniform};
+
+    #[test]
+    fn what_is_known_is_what_was_added_less_what_was_removed_in_the_order_of_detection() {
+        let mut rng = stream(7, Stream::Weeds);
+        let number_below = |end: u32, rng: &mut StreamRng| {
+            u32::try_from(below(end as usize, rng)).expect("below 32 bits")
+        };
+        let mut known = KnownWeeds::none(53.0, 31.0);
+        for longest in [0, 1, 63, 64, 65, 500] {
+            known.clear();
+            let (mut listed, mut removed, mut next) = (Vec::<KnownWeed>::new(), Vec::new(), 0);
+            while next < longest {
+                // Numbers may be left out, since those weeds were mowed before the list began.
+                let number = next + number_below(3, &mut rng) / 2;
+                let position = Point::new(53.0 * uniform(&mut rng), 31.0 * uniform(&mut rng));
+                let weed = KnownWeed { number, position };
+                known.add(weed);
+                listed.push(weed);
+                next = number + 1;
+                if below(3, &mut rng) > 0 {
+                    let number = number_below(next, &mut rng);
+                    known.remove(number);
+                    if let Some(place) = listed.iter().position(|weed| weed.number == number) {
+                        removed.push(listed.remove(place).number);
+                    }
+                }
+                assert_eq!((known.len(), known.is_empty()), (listed.len(), listed.is_empty()));
+                assert_eq!((known.next_number(), known.removed()), (next, &removed[..]));
+                assert!(known.iter().eq(listed.iter().copied()));
+                let from = number_below(next + 70, &mut rng);
+                let later = listed.iter().copied().filter(|weed| weed.number >= from);
+                assert!(known.since(from).eq(later), "from {from} of {next}");
+                let asked = listed.iter().copied().find(|weed| weed.number == from);
+                assert_eq!((known.of_number(from), known.holds(from)), (asked, asked.is_some()));
+            }
+        }
+    }
 
     #[test]
     fn the_nearest_by_buckets_are_the_nearest_by_looking_at_all() {
@@ -375,7 +453,7 @@ mod tests {
                     Point::new(80.0 * uniform(&mut rng) - 15.0, 60.0 * uniform(&mut rng) - 15.0);
                 let mut all: Vec<(f64, KnownWeed)> = known
                     .iter()
-                    .map(|&weed| ((weed.position - from).norm_squared(), weed))
+                    .map(|weed| ((weed.position - from).norm_squared(), weed))
                     .collect();
                 all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.number.cmp(&b.1.number)));
                 all.truncate(8);

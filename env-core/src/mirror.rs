@@ -75,7 +75,7 @@ impl Told {
             (is_whole, pose, direction, path_m);
         news.weeds_detected = weeds_detected;
         news.known.clear();
-        news.known.extend_from_slice(known_weeds.since(self.weeds_detected));
+        news.known.extend(known_weeds.since(self.weeds_detected));
         self.weeds_detected = weeds_detected;
         news.mowed.clear();
         news.mowed.extend_from_slice(&known_weeds.removed()[self.mowed..]);

@@ -253,11 +253,8 @@ impl State {
         } else {
             self.ground.settle_look(&here, late_m);
         }
-        let fresh = view.known_weeds.since(self.next_number);
-        if let Some(last) = fresh.last() {
-            self.next_number = last.number + 1;
-            self.fresh.extend_from_slice(fresh);
-        }
+        self.fresh.extend(view.known_weeds.since(self.next_number));
+        self.next_number = view.known_weeds.next_number();
         self.known = view.known_weeds.len();
     }
 
@@ -310,12 +307,8 @@ impl State {
         // Weeds that the plan has passed in vain come back.
         let planned: Vec<u32> =
             self.plan.nodes.iter().filter_map(|node| node.weed.map(|weed| weed.number)).collect();
-        self.fresh = view
-            .known_weeds
-            .iter()
-            .filter(|weed| !planned.contains(&weed.number))
-            .copied()
-            .collect();
+        self.fresh =
+            view.known_weeds.iter().filter(|weed| !planned.contains(&weed.number)).collect();
         let here = view.pose.position();
         self.fresh.sort_by(|one, other| {
             (one.position - here).norm_squared().total_cmp(&(other.position - here).norm_squared())
@@ -390,7 +383,7 @@ impl State {
             return false;
         }
         let Some(rows) = &mut self.rows else { return false };
-        rows.trim(&self.ground, view.known_weeds.iter(), &self.plan.start, false);
+        rows.trim(&self.ground, view.known_weeds, &self.plan.start, false);
         let rows_m = driven_m + rows.length_m(&self.plan.start);
         let look_m = 2.0 * single(LATE_M) + DETOUR * single(view.site.turning_radius_m);
         let are_short = self.rows_m < SHORT * bcp_m;
@@ -430,10 +423,10 @@ impl State {
         }
         self.fresh.clear();
         self.is_on_first =
-            rows.trim(&self.ground, view.known_weeds.iter(), &self.plan.start, passed % 2 == 1);
+            rows.trim(&self.ground, view.known_weeds, &self.plan.start, passed % 2 == 1);
         if self.ground.settled_share() > NEARLY_ALL || rows.are_driven() {
             // From here on it is a plan like any other, to begin with in the order of the rows.
-            self.plan.nodes = rows.nodes(view.known_weeds.iter(), options.reach_m(view.site));
+            self.plan.nodes = rows.nodes(view.known_weeds, options.reach_m(view.site));
             self.plan.measure_all();
             self.is_on_rows = false;
             self.rows = None;

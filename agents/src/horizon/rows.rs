@@ -95,9 +95,9 @@ impl Rows {
     }
 
     /// The known weeds on the rows as nodes, in the order in which they are mowed.
-    pub(super) fn nodes<'a>(
+    pub(super) fn nodes(
         &self,
-        weeds: impl Iterator<Item = &'a KnownWeed>,
+        weeds: impl IntoIterator<Item = KnownWeed>,
         reach_m: f32,
     ) -> Vec<Node> {
         let mut on_row: Vec<Vec<(f32, f32, u32)>> = vec![Vec::new(); self.spans.len()];
@@ -138,10 +138,10 @@ impl Rows {
 
     /// Leaves out what need not be driven any more, and orders the rest from where the mower stands; `is_on_first` says that it
     /// is on the first row. Returns whether it still is.
-    pub(super) fn trim<'a>(
+    pub(super) fn trim(
         &mut self,
         ground: &OpenGround,
-        weeds: impl Iterator<Item = &'a KnownWeed>,
+        weeds: impl IntoIterator<Item = KnownWeed>,
         start: &Spot,
         is_on_first: bool,
     ) -> bool {
@@ -361,19 +361,19 @@ mod tests {
         let weed =
             |number, x, y| KnownWeed { number, position: swath_core::geometry::Point::new(x, y) };
         let weeds = [weed(0, 90.0, 4.5), weed(1, 60.0, 5.9), weed(2, 70.0, 5.0)];
-        rows.trim(&ground, weeds.iter(), &start, false);
+        rows.trim(&ground, weeds, &start, false);
         let ends: Vec<(f32, f32)> = rows.spots().iter().map(|spot| (spot.x_m, spot.y_m)).collect();
         // The whole of the last row, and on the way back the third one from its last weed to its first.
         assert_eq!(ends, [(0.0, 39.0), (100.0, 39.0), (90.0, 5.0), (60.0, 5.0)]);
         let order: Vec<u32> =
-            rows.nodes(weeds.iter(), 0.9).iter().map(|node| node.weed.unwrap().number).collect();
+            rows.nodes(weeds, 0.9).iter().map(|node| node.weed.unwrap().number).collect();
         assert_eq!(order, [0, 2, 1]);
         rows.drive_first(&mut ground);
         assert_eq!(ground.open(), 0);
-        rows.trim(&ground, weeds.iter(), &Spot::new(100.0, 39.0, 0.0), false);
+        rows.trim(&ground, weeds, &Spot::new(100.0, 39.0, 0.0), false);
         assert_eq!(rows.spots().len(), 2);
         rows.drive_first(&mut ground);
-        rows.trim(&ground, weeds[..0].iter(), &Spot::new(60.0, 5.0, 0.0), false);
+        rows.trim(&ground, [], &Spot::new(60.0, 5.0, 0.0), false);
         assert!(rows.are_driven());
     }
 }

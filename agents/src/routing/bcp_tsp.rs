@@ -47,7 +47,8 @@ impl Default for BcpTsp {
 
 impl Tour {
     fn plan(view: &View) -> Self {
-        let positions: Vec<Point> = view.known_weeds.iter().map(|weed| weed.position).collect();
+        let weeds: Vec<KnownWeed> = view.known_weeds.iter().collect();
+        let positions: Vec<Point> = weeds.iter().map(|weed| weed.position).collect();
         let order = open_tour(view.pose.position(), &positions);
         let heading_at = |place: usize| {
             let at = |place: usize| positions[order[place]];
@@ -61,7 +62,7 @@ impl Tour {
         let stops = order
             .iter()
             .enumerate()
-            .map(|(place, &index)| (view.known_weeds[index], heading_at(place)))
+            .map(|(place, &index)| (weeds[index], heading_at(place)))
             .collect();
         Self { stops, next: 0, leg: None }
     }
@@ -76,7 +77,7 @@ impl Tour {
                 return Decision::Done;
             };
             self.next += 1;
-            if view.known_weeds.iter().any(|known| known.number == weed.number) {
+            if view.known_weeds.holds(weed.number) {
                 let goal = Pose::new(weed.position.x, weed.position.y, *heading_rad);
                 self.leg = Some(Route::shortest_to(goal, view));
             }

@@ -46,7 +46,7 @@ impl Jump {
         let along_m = heading.along(view.pose.x_m, site);
         let reach_m = 0.5 * site.deck_width_m + UNDER_BAR_M;
         let mut nearest: Option<(f64, f64, Point)> = None;
-        for weed in view.known_weeds.iter() {
+        for weed in view.known_weeds {
             let ahead_m = heading.along(weed.position.x, site) - along_m;
             let above_m = weed.position.y - self.pass_y_m;
             if ahead_m >= 0.0 && above_m.abs() <= reach_m {

@@ -38,7 +38,7 @@ impl React {
             let x_m = rng::uniform(&mut self.rng) * view.site.length_m;
             Point::new(x_m, rng::uniform(&mut self.rng) * view.site.width_m)
         };
-        let weed = view.known_weeds.first();
+        let weed = view.known_weeds.iter().next();
         let point = weed.map_or_else(random_point, |weed| weed.position);
         let goal = Pose::new(point.x, point.y, view.pose.bearing_to(point));
         Target { weed: weed.map(|weed| weed.number), route: Route::shortest_to(goal, view) }
@@ -49,7 +49,7 @@ impl Target {
     /// Whether it still makes sense to go there.
     fn is_wanted(&self, view: &View) -> bool {
         match self.weed {
-            Some(number) => view.known_weeds.iter().any(|known| known.number == number),
+            Some(number) => view.known_weeds.holds(number),
             None => view.known_weeds.is_empty(),
         }
     }

@@ -71,7 +71,7 @@ impl Snake {
             f64::NEG_INFINITY
         };
         let mut nearest: Option<(f64, Pose)> = None;
-        for weed in view.known_weeds.iter() {
+        for weed in view.known_weeds {
             let ahead_m = heading.along(weed.position.x, site) - along_m;
             if ahead_m <= AHEAD_M
                 || weed.position.y < lowest_m

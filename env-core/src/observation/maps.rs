@@ -68,7 +68,7 @@ impl MapsEncoder {
             let (weeds, outside) = rest.split_at_mut(SIZE * SIZE);
             write_ground(view.ground, &frame, point_m, unseen, outside);
             weeds.fill(0);
-            for weed in view.known_weeds.iter() {
+            for weed in view.known_weeds {
                 if let Some(index) = point_of(&frame, point_m, weed.position) {
                     weeds[index] = u8::MAX;
                 }

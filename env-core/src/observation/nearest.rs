@@ -118,16 +118,22 @@ impl NearestWeeds {
                 self.forget(number);
             }
         }
-        let detected = known.since(self.next_number);
-        if let Some(last) = detected.last() {
-            self.next_number = last.number + 1;
-            self.places.scale(known.size_m());
-            for &weed in detected {
-                if known.is_in(&self.window, weed.position) && !self.remember(weed) {
-                    self.window = Window::NOWHERE;
-                }
+        // Mostly there is none, which is told without a look at any of them.
+        if known.next_number() > self.next_number {
+            self.take_in(known);
+        }
+    }
+
+    /// Takes in the weeds that were detected since the last question.
+    #[inline(never)]
+    fn take_in(&mut self, known: &KnownWeeds) {
+        self.places.scale(known.size_m());
+        for weed in known.since(self.next_number) {
+            if known.is_in(&self.window, weed.position) && !self.remember(weed) {
+                self.window = Window::NOWHERE;
             }
         }
+        self.next_number = known.next_number();
     }
 
     /// Leaves out a weed, if it is remembered; the last one takes its place.
@@ -336,7 +342,7 @@ mod tests {
         }
 
         fn mow_within(&mut self, reach_m: f64) {
-            let is_mowed = |weed: &&KnownWeed| (weed.position - self.at).norm() < reach_m;
+            let is_mowed = |weed: &KnownWeed| (weed.position - self.at).norm() < reach_m;
             let mowed: Vec<u32> =
                 self.known.iter().filter(is_mowed).map(|weed| weed.number).collect();
             for number in mowed {
@@ -359,7 +365,7 @@ mod tests {
         fn nearest_of_all(&self, listed: usize) -> Vec<KnownWeed> {
             let distance_m2 = |weed: &KnownWeed| (weed.position - self.at).norm_squared();
             let mut all: Vec<_> =
-                self.known.iter().map(|weed| (distance_m2(weed), *weed)).collect();
+                self.known.iter().map(|weed| (distance_m2(&weed), weed)).collect();
             all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.number.cmp(&b.1.number)));
             all.truncate(listed);
             all.into_iter().map(|(_, weed)| weed).collect()
