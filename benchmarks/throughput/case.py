@@ -69,5 +69,5 @@ def cases() -> list[Case]:
         found.append(Case("swath", face, num_envs, weeds=weeds, length_m=length_m, width_m=width_m))
     found += [Case("numpy", "make_vec", 64, weeds=weeds) for weeds in (40, 640)]
     found += [Case("swath", "reset", weeds=weeds) for weeds in (40, 160, 640)]
-    found += [Case("rollout", face, 64) for face in ("null", "swath.sb3")]
+    found += [Case("rollout", face, 64) for face in ("null", "swath.sb3", "null of CartPole", "CartPole")]
     return list(dict.fromkeys(found))

@@ -1,4 +1,4 @@
-"""Rollouts of stable-baselines3's PPO, on swath and on an environment that does nothing."""
+"""Rollouts of stable-baselines3's PPO, on swath, on CartPole and on environments that do nothing."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import time
 from importlib import import_module
 from typing import Any
 
+import gymnasium as gym
 import numpy as np
 import torch
 from benchmarks.throughput.sides.worker import Run, serve
@@ -52,15 +53,43 @@ class NullVecEnv(VecEnv):  # type: ignore[misc] # stable-baselines3 is read as u
         return [False] * self.num_envs
 
 
+class CartPoleVecEnv(NullVecEnv):
+    """Gymnasium's batch of CartPole, behind the least that PPO can do with: no infos, no last observations."""
+
+    def __init__(self, num_envs: int) -> None:
+        """Makes the batch."""
+        self._vec = gym.make_vec("CartPole-v1", num_envs, vectorization_mode="vector_entry_point")
+        super().__init__(num_envs, self._vec.single_observation_space, self._vec.single_action_space)
+
+    def reset(self) -> object:  # noqa: D102
+        return self._vec.reset(seed=0)[0]
+
+    def step_async(self, actions: object) -> None:  # noqa: D102
+        self._actions = actions
+
+    def step_wait(self) -> object:  # noqa: D102
+        observations, rewards, terminated, truncated, _ = self._vec.step(self._actions)
+        return observations, rewards, terminated | truncated, self._infos
+
+
+def vec_of(case: dict[str, Any]) -> VecEnv:
+    """What a case steps; what does nothing has the spaces of what it is compared with."""
+    face, num_envs = case["face"], case["num_envs"]
+    if face == "swath.sb3":
+        make_vec_env = import_module("swath.sb3").make_vec_env
+        return make_vec_env(ENV_ID, num_envs=num_envs, weeds={"count": case["weeds"]})
+    if face == "null":
+        env = swath.MowerRoutingEnv()
+        return NullVecEnv(num_envs, env.observation_space, env.action_space)
+    cartpole = CartPoleVecEnv(num_envs)
+    return cartpole if face == "CartPole" else NullVecEnv(num_envs, cartpole.observation_space, cartpole.action_space)
+
+
 def measure(case: dict[str, Any]) -> Run:
     """Collects rollouts as PPO does by default, with an untrained MlpPolicy, torch on one thread."""
     torch.set_num_threads(1)
     num_envs = case["num_envs"]
-    if case["face"] == "null":
-        env = swath.MowerRoutingEnv()
-        vec: Any = NullVecEnv(num_envs, env.observation_space, env.action_space)
-    else:
-        vec = import_module("swath.sb3").make_vec_env(ENV_ID, num_envs=num_envs, weeds={"count": case["weeds"]})
+    vec = vec_of(case)
     model = PPO("MlpPolicy", vec, seed=0, device="cpu")
     _, callback = model._setup_learn(total_timesteps=10**9)
 
