@@ -2,7 +2,7 @@
 
 use swath_core::action::Command;
 use swath_core::geometry::{Arc, BarSweep, Pose};
-use swath_core::known::{KnownWeed, KnownWeeds};
+use swath_core::known::KnownWeeds;
 use swath_core::site::Site;
 use swath_core::view::View;
 
@@ -38,8 +38,9 @@ struct Ghost {
     nearest: usize,
     /// Weeds that the plan has mowed, and how far along it.
     mowed: Vec<(u32, f64)>,
-    /// Known weeds as the planner sees them.
+    /// Known weeds as the planner sees them, and how many had been struck out when they were last brought up to date.
     known: KnownWeeds,
+    struck_out: usize,
 }
 
 impl Ghost {
@@ -52,6 +53,7 @@ impl Ghost {
             nearest: 0,
             mowed: Vec::new(),
             known: KnownWeeds::none(site.length_m, site.width_m),
+            struck_out: 0,
         }
     }
 
@@ -63,9 +65,10 @@ impl Ghost {
             let start = arc.at(piece_m * piece as f64);
             let end_m = self.path_m + piece_m * (piece + 1) as f64;
             let sweep = BarSweep::new(&Arc { start, length_m: piece_m, ..*arc }, deck_width_m);
-            for weed in self.known.iter().filter(|weed| sweep.contains(weed.position)) {
-                self.mowed.push((weed.number, end_m));
-            }
+            let (known, mowed) = (&self.known, &mut self.mowed);
+            known.for_each_near(start.position(), 0.5 * deck_width_m + 2.0 * piece_m, |weed| {
+                mowed.extend(sweep.contains(weed.position).then_some((weed.number, end_m)));
+            });
             self.points.push((arc.at(piece_m * (piece + 1) as f64), end_m));
         }
         self.pose = arc.end();
@@ -100,11 +103,24 @@ impl Ghost {
     /// What the planner knows: weeds that the mower knows, less those that the plan has mowed, unless in vain.
     fn update_known(&mut self, view: &View) {
         let followed_m = self.followed_m();
-        self.mowed.retain(|&(_, path_m)| followed_m < path_m + MISSED_AFTER_M);
-        let mowed = &self.mowed;
-        let is_open = |weed: &KnownWeed| mowed.iter().all(|(number, _)| *number != weed.number);
-        self.known.clear();
-        view.known_weeds.iter().filter(is_open).for_each(|weed| self.known.add(weed));
+        let removed = view.known_weeds.removed();
+        // Seldom has everything to be listed anew: where the deck has missed a weed, or another state was put back.
+        let mut is_outdated = removed.len() < self.struck_out
+            || view.known_weeds.next_number() < self.known.next_number();
+        self.mowed.retain(|&(number, path_m)| {
+            let is_to_come = followed_m < path_m + MISSED_AFTER_M;
+            is_outdated |= !is_to_come && view.known_weeds.holds(number);
+            is_to_come
+        });
+        if is_outdated {
+            self.known.clear();
+            self.struck_out = 0;
+        }
+        removed[self.struck_out..].iter().for_each(|&number| self.known.remove(number));
+        self.struck_out = removed.len();
+        let is_planned = |number| self.mowed.iter().any(|&(mowed, _)| mowed == number);
+        let news = view.known_weeds.since(self.known.next_number());
+        news.filter(|weed| !is_planned(weed.number)).for_each(|weed| self.known.add(weed));
     }
 }
 
@@ -173,5 +189,67 @@ impl Agent for Tracker {
             curvature_per_m: curvature_per_m.clamp(-limit_per_m, limit_per_m),
             distance_m: view.site.control_distance_m,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use swath_core::config::Scenario;
+    use swath_core::env::Env;
+    use swath_core::known::KnownWeed;
+    use swath_core::rng::agent_rng;
+
+    use super::*;
+    use crate::routing::Snake;
+
+    /// Now and then the mower does something else than the tracker says, so that weeds of the plan are missed; or it is put
+    /// back to where it was.
+    #[test]
+    fn the_planner_is_told_of_all_known_weeds_but_those_that_the_plan_has_just_mowed() {
+        let mut scenario = Scenario::default();
+        scenario.weeds.count = 640;
+        let mut env = Env::new(&scenario.check().unwrap());
+        env.lift_limits();
+        env.reset(0);
+        let mut tracker = Tracker::new(Box::new(Snake::new()), TRACKING_MARGIN_M);
+        tracker.reset(&env.view());
+        let mut rng = agent_rng(0);
+        let (mut before, mut missed, mut strayed) = (None, 0, 0);
+        for step in 0..3000 {
+            let planned: Vec<u32> = tracker.ghost.iter().flat_map(Ghost::planned).collect();
+            let points = tracker.ghost.as_ref().unwrap().points.len();
+            let Decision::Drive(mut command) = tracker.act(&env.view()) else { break };
+            let ghost = tracker.ghost.as_ref().unwrap();
+            let still_planned: Vec<u32> = ghost.planned().collect();
+            let is_told = |weed: &KnownWeed| !still_planned.contains(&weed.number);
+            assert!(ghost.known.iter().eq(env.view().known_weeds.iter().filter(is_told)), "{step}");
+            // Nor of any that the plan's bar, two metres less the margins wide, has passed over in this step.
+            for (pose, _) in &ghost.points[points..] {
+                let is_under = |weed: KnownWeed| {
+                    let at = pose.world_from_mower().inverse_transform_point(&weed.position);
+                    (-0.02..=0.0).contains(&at.x) && at.y.abs() < 0.8
+                };
+                assert!(!ghost.known.iter().any(is_under), "{step}");
+            }
+            let told_again = |number: &&u32| ghost.known.holds(**number);
+            missed += planned.iter().filter(told_again).count();
+            if step % 100 > 90 {
+                command.curvature_per_m = swath_core::rng::uniform(&mut rng) - 0.5;
+                strayed += 1;
+            }
+            env.drive(command).unwrap();
+            match step % 50 {
+                0 => before = Some(env.snapshot()),
+                3 => env.restore(before.as_ref().unwrap()).unwrap(),
+                _ => {}
+            }
+        }
+        assert!(missed > 10 && strayed > 100, "{missed} weeds missed, {strayed} steps astray");
+    }
+
+    impl Ghost {
+        fn planned(&self) -> impl Iterator<Item = u32> {
+            self.mowed.iter().map(|&(number, _)| number)
+        }
     }
 }

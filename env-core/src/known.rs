@@ -228,6 +228,12 @@ impl KnownWeeds {
         found.count
     }
 
+    /// Calls `visit` with the weeds that are not farther than `reach_m` from a point along x and y, and with others close by;
+    /// in no particular order.
+    pub fn for_each_near(&self, at: Point, reach_m: f64, visit: impl FnMut(KnownWeed)) {
+        self.for_each_between(&Window::NOWHERE, &self.window(at, reach_m), visit);
+    }
+
     /// Size of the pasture along x and y, metres.
     pub(crate) fn size_m(&self) -> (f64, f64) {
         self.grid.size_m()
