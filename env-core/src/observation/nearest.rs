@@ -179,30 +179,31 @@ impl NearestWeeds {
         if weeds.len() > FEW {
             let near = places.near(from, last.at_most_m2());
             let groups = &mut places.groups()[..weeds.len().div_ceil(GROUP)];
-            let mut others = !0 << FEW;
-            for group in 0..groups.len() {
-                let mut bits = near.find_in(&groups[group]) & others;
-                others = !0;
+            let mut group = 0;
+            let mut bits = near.find_in(&groups[0]) & (!0 << FEW);
+            loop {
                 while bits != 0 {
                     let bit = bits.trailing_zeros() as usize % GROUP;
                     bits &= bits - 1;
                     let place = group * GROUP + bit;
                     // The last group has room left.
                     let Some(&weed) = weeds.get(place) else { break };
-                    // It takes the place of the farthest one, which is kept among the others.
+                    // It takes the place of the farthest one, which is kept among the others; if it is as far away, that
+                    // is noticed by what was dropped.
                     let farthest = last.place() % FEW;
                     let other = Ranked::new((weed.position - from).norm_squared(), farthest);
-                    if other < last {
+                    if other <= last {
                         (weeds[place], weeds[farthest]) = (weeds[farthest], weed);
                         (groups[group][bit], groups[0][farthest]) =
                             (groups[0][farthest], groups[group][bit]);
                         let dropped = last;
                         last = ranked::replace_last_of_few(ranks, other);
                         last.is_before(dropped)?;
-                    } else if other == last {
-                        return None;
                     }
                 }
+                group += 1;
+                let Some(next) = groups.get(group) else { break };
+                bits = near.find_in(next);
             }
         }
         ranked::are_few_certain(ranks).then(|| last.at_most_m2())
