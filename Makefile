@@ -48,13 +48,16 @@ tools:
 
 .PHONY: setup
 setup: tools ## everything for working on swath: the venv, the pinned tools, the git hooks, a build
-	$(call need,$(VENV),build demo paper typing lint test dev)
+	$(call need,$(VENV),$(PACKAGES) dev)
 	@if git rev-parse --git-dir >/dev/null 2>&1; then prek install; fi
 	@$(MAKE) --no-print-directory build
 
+# All that `make lint` and `make test` need.
+PACKAGES := lint build demo typing paper test
+
 .PHONY: packages
 packages: tools ## the Python packages of `make lint` and `make test`, without a build
-	$(call need,$(VENV),lint build demo typing paper test)
+	$(call need,$(VENV),$(PACKAGES))
 
 .PHONY: demo
 demo: build-release ## the agents race on the shipped pastures: a table, pictures and a replay (snake.html) in out/demo
@@ -261,7 +264,7 @@ docs-tools: tools
 SITE = NO_MKDOCS_2_WARNING=1 SOURCE_DATE_EPOCH=$$(git log -1 --format=%ct 2>/dev/null || echo 0) python -m mkdocs
 
 .PHONY: ci
-ci: packages lint browser test test-gymnasium-oldest bench-count test-docs demo ## everything that .ci/run checks, up to the first failure
+ci: lint browser test test-gymnasium-oldest bench-count test-docs demo ## everything that .ci/run checks, up to the first failure
 
 # Figures
 

@@ -38,8 +38,9 @@ struct Ghost {
     nearest: usize,
     /// Weeds that the plan has mowed, and how far along it.
     mowed: Vec<(u32, f64)>,
-    /// Known weeds as the planner sees them, and how many had been struck out when they were last brought up to date.
+    /// Known weeds as the planner sees them; how many had been detected, and struck out, when they were last brought up to date.
     known: KnownWeeds,
+    weeds_detected: u32,
     struck_out: usize,
 }
 
@@ -53,6 +54,7 @@ impl Ghost {
             nearest: 0,
             mowed: Vec::new(),
             known: KnownWeeds::none(site.length_m, site.width_m),
+            weeds_detected: 0,
             struck_out: 0,
         }
     }
@@ -105,8 +107,8 @@ impl Ghost {
         let followed_m = self.followed_m();
         let removed = view.known_weeds.removed();
         // Seldom has everything to be listed anew: where the deck has missed a weed, or another state was put back.
-        let mut is_outdated = removed.len() < self.struck_out
-            || view.known_weeds.next_number() < self.known.next_number();
+        let mut is_outdated =
+            removed.len() < self.struck_out || view.weeds_detected < self.weeds_detected;
         self.mowed.retain(|&(number, path_m)| {
             let is_to_come = followed_m < path_m + MISSED_AFTER_M;
             is_outdated |= !is_to_come && view.known_weeds.holds(number);
@@ -114,13 +116,13 @@ impl Ghost {
         });
         if is_outdated {
             self.known.clear();
-            self.struck_out = 0;
+            (self.weeds_detected, self.struck_out) = (0, 0);
         }
         removed[self.struck_out..].iter().for_each(|&number| self.known.remove(number));
-        self.struck_out = removed.len();
         let is_planned = |number| self.mowed.iter().any(|&(mowed, _)| mowed == number);
-        let news = view.known_weeds.since(self.known.next_number());
+        let news = view.known_weeds.since(self.weeds_detected);
         news.filter(|weed| !is_planned(weed.number)).for_each(|weed| self.known.add(weed));
+        (self.weeds_detected, self.struck_out) = (view.weeds_detected, removed.len());
     }
 }
 

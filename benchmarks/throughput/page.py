@@ -193,10 +193,15 @@ def _rollouts(figures: Figures) -> str:
     ):
         share = _share(figures, case, null)
         percent = "not measured" if share is None else f"{share:.1f}"
-        rows.append([name, figures.cell(case), figures.cell(null), percent])
-    return _table(
-        ["64 environments", "steps of a PPO rollout", "where the environment does nothing", "% of that"], rows
-    )
+        rows.append([name, figures.cell(case), figures.cell(null), percent, _beyond(figures, case, null)])
+    head = ["64 environments", "steps of a PPO rollout", "where the environment does nothing", "% of that"]
+    return _table([*head, "CPU time of a step beyond that, us"], rows)
+
+
+def _beyond(figures: Figures, case: Case, null: Case) -> str:
+    """What a step takes more in the rollouts of a case than where the environment does nothing."""
+    rollout, most = figures.median(case), figures.median(null)
+    return f"{1e6 / rollout - 1e6 / most:.2f}" if rollout and most else "not measured"
 
 
 def _share(figures: Figures, case: Case, null: Case) -> float | None:

@@ -36,7 +36,8 @@ const GROWTH: usize = 2;
 
 /// Known weeds in the order of detection; buckets find the nearest ones.
 ///
-/// To add a weed, to remove one and to ask for one by its number takes as long among many as among few.
+/// To add a weed, to remove one and to ask for one by its number takes as long among many as among few, but for the others
+/// of the same bucket. To list them takes a look at every 64 detections.
 #[derive(Debug, Clone)]
 pub struct KnownWeeds {
     /// Which numbers are those of known weeds, 64 to a word, lowest bit first; and how many.
@@ -163,11 +164,11 @@ impl KnownWeeds {
         Iter::since(&self.standing, &self.chain, number)
     }
 
-    /// A number above those of all weeds so far, mowed ones too.
+    /// A number above those of all weeds that were added; it tells nothing of those that were struck out unseen.
     #[must_use]
     #[inline]
     #[expect(clippy::cast_possible_truncation, reason = "numbers have 32 bits")]
-    pub fn next_number(&self) -> u32 {
+    pub(crate) fn next_number(&self) -> u32 {
         self.chain.len() as u32
     }
 
@@ -412,12 +413,18 @@ mod tests {
             u32::try_from(below(end as usize, rng)).expect("below 32 bits")
         };
         let mut known = KnownWeeds::none(53.0, 31.0);
-        for longest in [0, 1, 63, 64, 65, 500] {
+        for longest in [0, 1, 63, 64, 65, 3000] {
             known.clear();
+            assert_eq!((known.len(), known.next_number(), known.iter().count()), (0, 0, 0));
+            assert_eq!(
+                (known.since(5).count(), known.of_number(0), known.holds(64)),
+                (0, None, false)
+            );
             let (mut listed, mut removed, mut next) = (Vec::<KnownWeed>::new(), Vec::new(), 0);
             while next < longest {
-                // Numbers may be left out, since those weeds were mowed before the list began.
-                let number = next + number_below(3, &mut rng) / 2;
+                // Numbers may be left out, many in a row too, since those weeds were mowed before the list began.
+                let gap = if number_below(20, &mut rng) == 0 { 300 } else { 2 };
+                let number = next + number_below(gap, &mut rng);
                 let position = Point::new(53.0 * uniform(&mut rng), 31.0 * uniform(&mut rng));
                 let weed = KnownWeed { number, position };
                 known.add(weed);

@@ -75,6 +75,7 @@ impl Told {
             (is_whole, pose, direction, path_m);
         news.weeds_detected = weeds_detected;
         news.known.clear();
+        news.known.reserve(if is_whole { known_weeds.len() } else { 0 });
         news.known.extend(known_weeds.since(self.weeds_detected));
         self.weeds_detected = weeds_detected;
         news.mowed.clear();

@@ -253,8 +253,10 @@ impl State {
         } else {
             self.ground.settle_look(&here, late_m);
         }
-        self.fresh.extend(view.known_weeds.since(self.next_number));
-        self.next_number = view.known_weeds.next_number();
+        for weed in view.known_weeds.since(self.next_number) {
+            self.next_number = weed.number + 1;
+            self.fresh.push(weed);
+        }
         self.known = view.known_weeds.len();
     }
 

@@ -236,6 +236,49 @@ impl Agent for Haunted {
     }
 }
 
+/// Compares every decision with that of another agent, which is shown a list of the same weeds that was made anew.
+struct Doubled {
+    inner: Box<dyn Agent>,
+    other: Box<dyn Agent>,
+}
+
+impl Agent for Doubled {
+    fn start(&self, site: &Site) -> Option<Pose> {
+        self.inner.start(site)
+    }
+
+    fn reset(&mut self, view: &View) {
+        self.inner.reset(view);
+        self.other.reset(view);
+    }
+
+    fn act(&mut self, view: &View) -> Decision {
+        let mut known = KnownWeeds::none(view.site.length_m, view.site.width_m);
+        view.known_weeds.iter().for_each(|weed| known.add(weed));
+        let decision = self.inner.act(view);
+        assert_eq!(decision, self.other.act(&View { known_weeds: &known, ..*view }));
+        decision
+    }
+}
+
+/// A list made anew, as a mirror makes one after a restore, does not say which numbers mowed weeds had.
+#[test]
+fn what_an_agent_decides_depends_on_what_is_known_not_on_how_the_list_came_about() {
+    // With turns so wide, `horizon` weighs rows against the weeds that it expects.
+    let mut wide = Document::open("cowbot-field").unwrap();
+    wide.overlay("mower.turning_radius_m = 3.0\nweeds.count = 60".parse().unwrap());
+    let scenarios = [wide.scenario().unwrap(), scenario("weeds.count = 60")];
+    for scenario in &scenarios {
+        for name in agents::quick() {
+            let spec: AgentSpec = name.parse().unwrap();
+            for seed in 0..3 {
+                let mut doubled = Doubled { inner: spec.build(seed), other: spec.build(seed) };
+                run_agent(&mut Env::new(scenario), &mut doubled, seed, None, |_| ());
+            }
+        }
+    }
+}
+
 #[test]
 fn a_planner_that_would_go_on_for_ever_is_capped() {
     let scenario = Document::open("pasture").unwrap().scenario().unwrap();
