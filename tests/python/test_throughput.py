@@ -3,6 +3,7 @@
 import json
 import sys
 import time
+from importlib import import_module
 
 import gymnasium as gym
 import numpy as np
@@ -138,6 +139,29 @@ def test_the_page_says_what_is_met_what_is_missed_and_what_was_not_compared():
     assert "| batch of 1024, `features`, `steer`, 160 weeds: steps | 2.00 M | 300 k | **missed** |" in text
     assert "| batch of 64: steps, EnvPool's CartPole | - | 300 k | not compared |" in text
     assert "- side envpool, face envpool, num_envs 64: no such thing" in text
+
+
+def test_a_rollout_is_compared_with_an_environment_of_its_spaces_that_does_nothing():
+    rates = {"null": 200_000, "swath.sb3": 150_000, "null of CartPole": 100_000, "CartPole": 60_000}
+    figures = Figures(missing={}, loads=[0.5])
+    figures.runs = {case: [Run(rates[case.face], 1.0, 1.0)] for case in cases() if case.side == "rollout"}
+    text = page(figures, "make bench", None)
+    assert "| 150 k (150 k to 150 k) | 200 k (200 k to 200 k) | 75.0 | 1.67 |" in text
+    assert "| 60.0 k (60.0 k to 60.0 k) | 100 k (100 k to 100 k) | 60.0 | 6.67 |" in text
+    assert "| SB3 rollout of 64, % of an environment that does nothing | 90 | 75 | **missed** |" in text
+
+
+@pytest.mark.parametrize(
+    ("face", "numbers"), [("null", 39), ("swath.sb3", 39), ("null of CartPole", 4), ("CartPole", 4)]
+)
+def test_the_environments_of_the_rollouts_have_the_spaces_that_they_are_compared_by(face, numbers):
+    pytest.importorskip("stable_baselines3")
+    vec = import_module("benchmarks.throughput.sides.sb3_rollout").vec_of({"face": face, "num_envs": 3, "weeds": 40})
+    assert vec.reset().shape == (3, numbers)
+    observations, rewards, dones, infos = vec.step(np.array([vec.action_space.sample() for _ in range(3)]))
+    assert observations.shape == (3, numbers)
+    assert (rewards.shape, dones.shape, len(infos)) == ((3,), (3,), 3)
+    vec.close()
 
 
 @pytest.mark.parametrize(("rate", "text"), [(999, "999"), (1234, "1.23 k"), (45_600, "45.6 k"), (2e6, "2.00 M")])
