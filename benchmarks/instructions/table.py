@@ -14,7 +14,7 @@ FLATNESS = 1.15
 """A step over known ground is to cost at most so many times as much on one of two pastures as on the other."""
 
 ALIKE = [
-    ("known/40-weeds", "known/10000-weeds", 1.2),
+    ("known/40-weeds", "known/10000-weeds", FLATNESS),
     ("wide/40-weeds", "wide/10000-weeds", 1.4),
     ("drive/40-weeds", "drive/10000-weeds", 1.3),
     ("drive-wide/40-weeds", "drive-wide/10000-weeds", 1.3),

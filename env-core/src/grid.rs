@@ -215,6 +215,24 @@ impl Grid {
             }
         }
     }
+
+    /// Whether some tile that these columns and rows reach has a cell in `words`: also where only the rest of it has, and
+    /// where they reach more than four tiles.
+    #[inline]
+    pub(crate) fn may_meet(
+        &self,
+        (columns, rows): &(Range<usize>, Range<usize>),
+        words: &[u64],
+    ) -> bool {
+        let (left, right) = (columns.start / TILE, columns.end.wrapping_sub(1) / TILE);
+        let (bottom, top) = (rows.start / TILE, rows.end.wrapping_sub(1) / TILE);
+        // Ranges without any cell have their last tile before the first.
+        if (right.wrapping_sub(left) | top.wrapping_sub(bottom)) > 1 {
+            return true;
+        }
+        let (first, last) = (bottom * self.tile_columns, top * self.tile_columns);
+        (words[first + left] | words[first + right] | words[last + left] | words[last + right]) != 0
+    }
 }
 
 /// The tiles that hold a range of columns or rows.

@@ -5,6 +5,7 @@ mod fine;
 mod index;
 mod placement;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::geometry::{BarSweep, Footprint, Point};
@@ -114,16 +115,19 @@ impl Weeds {
         let Some(near) = self.unmowed_fine.around(sweep) else { return };
         let unseen = ground.unseen().words();
         // Where weeds stand everywhere it is not worth asking whether there is one: unseen ground twice is soonest passed.
-        let mut has_weeds = self.is_dense;
-        let others = if self.is_dense { unseen } else { self.unmowed_cells.words() };
-        let words = |tile: usize| (unseen[tile], others[tile]);
-        grid.for_each_in_box(self.unmowed_fine.cells_of(near), words, |tile, unseen, weeds| {
-            has_weeds |= weeds != 0;
-            tile.for_each(unseen, |cell| {
-                let is_met = sweep.contains(grid.centre(cell.column, cell.row));
-                ahead.cells.extend(is_met.then_some((cell, ())));
-            });
-        });
+        let cells = self.unmowed_fine.cells_of(near);
+        let has_weeds = if self.is_dense {
+            // Where weeds stand everywhere it is not worth asking whether there is one.
+            if grid.may_meet(&cells, unseen) {
+                let words = |tile: usize| (unseen[tile], 0);
+                Self::find_unseen(grid, cells, words, sweep, &mut ahead.cells);
+            }
+            true
+        } else {
+            let unmowed = self.unmowed_cells.words();
+            let words = |tile: usize| (unseen[tile], unmowed[tile]);
+            Self::find_unseen(grid, cells, words, sweep, &mut ahead.cells)
+        };
         if has_weeds {
             self.unmowed_fine.for_each_in(near, |cell, fine_bit| {
                 self.find_in_fine(cell, fine_bit, sweep, &mut ahead.weeds);
@@ -132,6 +136,26 @@ impl Weeds {
                 ahead.weeds.sort_unstable_by_key(|&(weed, ())| weed);
             }
         }
+    }
+
+    /// Adds the unseen cells of a box by their centre that a bar passes over; returns whether the box has any of the others.
+    #[inline]
+    fn find_unseen(
+        grid: &Grid,
+        cells: (Range<usize>, Range<usize>),
+        unseen_and_others: impl Fn(usize) -> (u64, u64),
+        sweep: &BarSweep,
+        found: &mut Vec<(Cell, ())>,
+    ) -> bool {
+        let mut has_others = false;
+        grid.for_each_in_box(cells, unseen_and_others, |tile, unseen, others| {
+            has_others |= others != 0;
+            tile.for_each(unseen, |cell| {
+                let is_met = sweep.contains(grid.centre(cell.column, cell.row));
+                found.extend(is_met.then_some((cell, ())));
+            });
+        });
+        has_others
     }
 
     /// Adds the standing weeds of a fine cell that a bar passes over.
@@ -269,10 +293,10 @@ mod tests {
     use crate::geometry::{self, Pose};
     use crate::rng::{Stream, stream, uniform};
 
-    /// The cells less than 8 m from a point along both axes, row by row.
+    /// The cells less than 14 m from a point along both axes, row by row.
     fn around(grid: &Grid, point: Point) -> impl Iterator<Item = (usize, usize)> {
         let cells = |at_m: f64| grid.cell_of(Point::new(point.x + at_m, point.y + at_m));
-        let ((first_column, first_row), (last_column, last_row)) = (cells(-8.0), cells(8.0));
+        let ((first_column, first_row), (last_column, last_row)) = (cells(-14.0), cells(14.0));
         (first_row..=last_row)
             .flat_map(move |row| (first_column..=last_column).map(move |column| (column, row)))
     }
@@ -305,7 +329,9 @@ mod tests {
                 let start = Pose::new(near.x + at(2.0) - 1.0, near.y + at(2.0) - 1.0, at(6.0));
                 let arc =
                     geometry::Arc { start, curvature_per_m: at(2.0) - 1.0, length_m: at(1.0) };
-                let sweep = BarSweep::new(&arc, 0.2 + at(3.0));
+                // Some bars reach over more than two tiles along both axes.
+                let widest_m = if step % 8 == 0 { 20.0 } else { 3.0 };
+                let sweep = BarSweep::new(&arc, 0.2 + at(widest_m));
                 weeds.find_standing(&sweep, &ground, &mut ahead);
                 let found: Vec<u32> = ahead.weeds.iter().map(|&(weed, ())| weed).collect();
                 let expected: Vec<u32> = (0..)
