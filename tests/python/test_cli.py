@@ -146,7 +146,6 @@ def test_a_bad_scenario_is_refused_in_one_line_and_nothing_is_written(call, comm
             ["evaluate", "pasture", "--agents", "jump", "--jobs", "0"],
             "`jobs` must be a whole number from 1 to 4096, got 0",
         ),
-        (["evaluate", "pasture"], "Missing option '--agents'"),
         (["evaluate", "--agents", "jump"], "Missing argument 'SCENARIO...'"),
         (["evaluate", "pasture", "--agents", "jump", "--agnets", "x"], "No such option: --agnets"),
         (
@@ -213,6 +212,12 @@ def test_evaluate_prints_a_table_and_writes_rows(call):
     assert "path - jump" in out
     assert out.splitlines()[-1] == "wrote out/episodes.csv and out/summary.json"
     assert len(Path("out/episodes.csv").read_text().splitlines()) == 1 + 2 * 3
+
+
+def test_evaluate_without_agents_races_the_six_planners_of_the_paper(call):
+    _, out, _ = call("evaluate", "pasture", "--instances", 1, "--json")
+    agents = [row["agent"] for row in json.loads(out)["cells"][0]["agents"]]
+    assert agents == ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake"]
 
 
 def test_evaluate_prints_its_summary_as_json(call):

@@ -15,11 +15,14 @@ from swath.files import write_whole
 
 __all__ = ["evaluate"]
 
+PLANNERS = "bcp,bcp-tsp,react,jump,snake,r-snake"
+"""Those of Maini, Gonultas & Isler (2022)."""
+
 
 def evaluate(
     scenario: Annotated[list[str], typer.Argument(metavar="SCENARIO...", help="Files or shipped scenarios.")],
     *,
-    agents: Annotated[str, typer.Option(help="Agents with commas between: jump,bcp:spacing=sensor.")],
+    agents: Annotated[str, typer.Option(help="Agents with commas between: jump,bcp:spacing=sensor.")] = PLANNERS,
     instances: Annotated[int, typer.Option(help="Number of instances of each scenario.")] = 100,
     seed: Seed = 0,
     jobs: Jobs = None,
