@@ -1,5 +1,6 @@
 //! One episode, from reset to the agent's own stop.
 
+use swath_core::action::{Command, MAX_DISTANCE_M};
 use swath_core::config::ValidScenario;
 use swath_core::env::{Beginning, Env, Summary, Watch};
 use swath_core::episode::{End, Outcome};
@@ -97,9 +98,11 @@ pub fn run_watched(
             Decision::Done => return Outcome::Done,
             Decision::Capped => return Outcome::Capped,
         };
+        // A planner notices that a command was cut, as it does where the mower is driven by control periods.
+        let distance_m = command.distance_m.min(MAX_DISTANCE_M);
         let start = env.view().pose;
         let step = env
-            .drive_watched(command, watch)
+            .drive_watched(Command { distance_m, ..command }, watch)
             .expect("planners give commands that the mower can drive");
         record(Arc { start, curvature_per_m: command.curvature_per_m, length_m: step.distance_m });
         motionless = if step.distance_m > 0.0 { 0 } else { motionless + 1 };

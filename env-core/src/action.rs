@@ -93,7 +93,7 @@ pub enum Order {
 }
 
 /// Longest way of one command, metres.
-const MAX_DISTANCE_M: f64 = 1e6;
+pub const MAX_DISTANCE_M: f64 = 1e6;
 
 /// Reads actions of one kind for one mower.
 #[derive(Debug, Clone, Copy)]

@@ -268,7 +268,7 @@ impl Env {
         Ok(Step { is_clipped: !is_asked_for, ..step })
     }
 
-    /// Carries out one command of any length: the phases of a step between action and observation.
+    /// Carries out one command, be it a millimetre or a thousand kilometres: the phases of a step between action and observation.
     ///
     /// # Errors
     ///

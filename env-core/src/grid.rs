@@ -79,6 +79,12 @@ impl Grid {
         self.columns * self.rows
     }
 
+    /// Number of cells that a set keeps a bit for: those of whole tiles.
+    #[must_use]
+    pub fn cells_kept(&self) -> usize {
+        self.tile_columns * self.tile_rows * TILE * TILE
+    }
+
     /// Number of tiles along x and y.
     #[must_use]
     pub fn tiles(&self) -> (usize, usize) {

@@ -1,8 +1,10 @@
 //! The mower: a Dubins car that follows exact arcs.
 
+use std::f64::consts::PI;
+
 use crate::action::Command;
 use crate::geometry::{Frame, Pose};
-use crate::math::wrap_to_pi;
+use crate::math::{self, wrap_to_pi};
 use crate::motion::{LOOK_SLACK_M, LOOK_SPACING_M, Motion, Piece, Stretch};
 
 /// Where the mower is and how far it has come.
@@ -15,9 +17,16 @@ pub struct Mower {
 
 impl Mower {
     /// A mower that has just been put down at `pose`; its look at path 0 is taken.
+    ///
+    /// Whole turns are taken off the heading, so that it stays what the direction is, however many there were.
     #[must_use]
     pub fn at(pose: Pose) -> Self {
-        Self::restore(pose.into(), 0.0, 1)
+        let Frame { cos, sin, .. } = pose.into();
+        let heading_rad = pose.heading_rad;
+        let is_within_a_turn = (-PI..PI).contains(&heading_rad);
+        let heading_rad =
+            if is_within_a_turn { heading_rad } else { wrap_to_pi(math::atan2(sin, cos)) };
+        Self::restore(Frame { pose: Pose { heading_rad, ..pose }, cos, sin }, 0.0, 1)
     }
 
     /// Whether a mower that has come `path_m` has taken `looks` looks, one more or less for rounding.

@@ -42,7 +42,7 @@ pub struct Arguments {
     /// Most environments of a session [default: 16384]
     #[arg(long, value_name = "N", value_parser = whole::<u32>)]
     pub max_envs: Option<u32>,
-    /// Most cells of the pastures of a session, each 1 m by 1 m; counted twice where percepts are told
+    /// Most cells of the pastures of a session, 1 m by 1 m in whole squares of 8 by 8; counted twice where percepts are told
     /// [default: 268435456]
     #[arg(long, value_name = "N", value_parser = whole::<u64>)]
     pub max_cells: Option<u64>,

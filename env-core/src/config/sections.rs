@@ -6,8 +6,9 @@ use serde::{Deserialize, Serialize};
 use super::ConfigError;
 use super::error::{expect, machine_length, positive};
 
-/// Largest pasture, in square metres: 64 km2 take 8 MB a set of cells.
+/// Largest pasture, in square metres: 64 km2 take 8 MB a set of cells. They are kept in tiles of [`TILE_M`], whole ones.
 const MAX_AREA_M2: f64 = 64e6;
+const TILE_M: f64 = 8.0;
 /// Most weeds of one pasture.
 const MAX_WEEDS: u32 = 10_000_000;
 /// Longest way of one control period, metres.
@@ -54,9 +55,9 @@ impl PastureConfig {
     pub(super) fn check(&self) -> Result<(), ConfigError> {
         positive("pasture.length_m", self.length_m)?;
         positive("pasture.width_m", self.width_m)?;
-        // Cells are kept in words of 64 along the length.
-        let area_m2 = self.length_m.max(64.0) * self.width_m.max(1.0);
-        let expected = "at most 64000000 m2 (a length below 64 m counts as 64 m)";
+        let in_tiles_m = |size_m: f64| (size_m / TILE_M).ceil() * TILE_M;
+        let area_m2 = in_tiles_m(self.length_m) * in_tiles_m(self.width_m);
+        let expected = "at most 64000000 m2 (in squares of 8 m by 8 m, begun ones counted)";
         expect(area_m2 <= MAX_AREA_M2, "pasture.length_m x pasture.width_m", expected, area_m2)?;
         expect(self.headland_m >= 0.0, "pasture.headland_m", ">= 0 or inf", self.headland_m)
     }

@@ -183,12 +183,12 @@ fn a_server_that_is_full_says_so_until_a_session_ends() {
 
 #[test]
 fn all_sessions_share_the_room_for_cells_until_one_ends() {
-    // A pasture has 4000 cells.
+    // A pasture has 4000 cells, in 65 squares of 64.
     let server = Running::start(&["--max-all-cells", "6000"]);
     let client = Client::new(&server.endpoint);
     let first = client.open(&batch(1, 1)).unwrap();
     let full = client.open(&batch(2, 1)).map(|opened| opened.reply.sid);
-    assert_eq!(full, Err(Fault::full(4000, 6000, "cells of pastures", "max_all_cells")));
+    assert_eq!(full, Err(Fault::full(4160, 6000, "cells of pastures", "max_all_cells")));
     client.ask(Verb::Close, &first.close()).unwrap();
     client.open(&batch(3, 1)).unwrap();
 }

@@ -69,12 +69,15 @@ pub(super) fn check_size(
     bounds: Bounds,
 ) -> Result<u64, Fault> {
     let pasture = &scenario.pasture;
-    let one = Grid::new(pasture.length_m, pasture.width_m).cells() as u64;
+    let one = Grid::new(pasture.length_m, pasture.width_m).cells_kept() as u64;
     // A percept needs to know what it has told of each cell.
     let (one, cells) = if has_percept {
-        (2 * one, "twice the cells of the pasture with `percept`, each 1 m by 1 m,")
+        (
+            2 * one,
+            "twice the cells of the pasture with `percept`, 1 m by 1 m in whole squares of 8 by 8,",
+        )
     } else {
-        (one, "the cells of the pasture, each 1 m by 1 m,")
+        (one, "the cells of the pasture, 1 m by 1 m in whole squares of 8 by 8,")
     };
     let weeds = most_weeds(scenario) as u64;
     for (what, one, most) in

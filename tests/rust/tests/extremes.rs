@@ -3,10 +3,11 @@
 
 #![cfg(test)] // for helpers, too, an unwrap is a failing test
 
-use swath_core::action::Action;
+use swath_agents::runner::run_summary;
+use swath_core::action::{Action, MAX_DISTANCE_M};
 use swath_core::config::{ActionKind, Distribution, Scenario, Start, from_table};
 use swath_core::env::Env;
-use swath_core::episode::End;
+use swath_core::episode::{End, Outcome};
 use swath_core::observation::{Bound, Observation};
 use swath_tests::cases::numbers;
 use swath_tests::watch::ends_within;
@@ -45,7 +46,7 @@ fn play(scenario: &Scenario) -> Result<(), String> {
             break;
         }
     }
-    Ok(())
+    env.restore(&env.snapshot()).map_err(|error| error.to_string())
 }
 
 fn complaint(what: &str, scenario: Scenario) -> Option<String> {
@@ -97,8 +98,8 @@ fn every_accepted_size_of_a_pasture_can_be_played() {
         (1e-3, 100.0),
         (100.0, 1e-3),
         (8e3, 8e3),
-        (6.4e7, 1.0),
-        (1.0, 1e6),
+        (8e6, 1.0),
+        (1.0, 8e6),
     ] {
         let mut scenario = Scenario::default();
         scenario.pasture.length_m = length_m;
@@ -109,11 +110,24 @@ fn every_accepted_size_of_a_pasture_can_be_played() {
     assert!(complaints.is_empty(), "{complaints:#?}");
 }
 
+/// A strip takes as much room as the squares of 8 m by 8 m that its cells are kept in.
+#[test]
+fn a_strip_of_more_squares_than_the_largest_pasture_has_is_refused() {
+    for (length_m, width_m) in [(8e6 + 1.0, 1.0), (1.0, 8e6 + 1.0), (8000.0, 8001.0)] {
+        let mut scenario = Scenario::default();
+        (scenario.pasture.length_m, scenario.pasture.width_m) = (length_m, width_m);
+        scenario.mower.deck_width_m = 1.0;
+        let line = scenario.check().unwrap_err().to_string();
+        let expected = "`pasture.length_m x pasture.width_m` must be at most 64000000 m2";
+        assert!(line.starts_with(expected), "{line}");
+    }
+}
+
 /// A cluster much wider than a strip hardly ever hits the strip.
 #[test]
 fn every_accepted_spread_of_a_cluster_can_be_drawn() {
     let mut complaints = Vec::new();
-    for (length_m, width_m) in [(100.0, 40.0), (1e4, 1.0), (1e6, 10.0), (6.4e7, 1.0), (1.0, 1e6)] {
+    for (length_m, width_m) in [(100.0, 40.0), (1e4, 1.0), (1e6, 10.0), (8e6, 1.0), (1.0, 8e6)] {
         let (shorter_m, longer_m) = (f64::min(length_m, width_m), f64::max(length_m, width_m));
         for sigma_m in [1e-9, shorter_m, 10.0 * shorter_m, longer_m, length_m + width_m] {
             let mut scenario = Scenario::default();
@@ -133,7 +147,7 @@ fn every_accepted_spread_of_a_cluster_can_be_drawn() {
 #[test]
 fn every_accepted_start_can_be_played() {
     let mut complaints = Vec::new();
-    for far in [1e6, 1e17, 1e300] {
+    for far in [1e6, 1e11, 1e15, 1e17, 1e300] {
         for start in [[far, 0.0, 0.0], [0.0, -far, 0.0], [1.0, 1.0, far], [far, far, -far]] {
             let mut scenario = Scenario::default();
             scenario.pasture.headland_m = f64::INFINITY;
@@ -152,4 +166,20 @@ fn every_accepted_count_can_be_played() {
     scenario.observation.nearest_weeds = 64;
     scenario.observation.rays = 64;
     assert_eq!(complaint("a million weeds", scenario), None);
+}
+
+/// Where one arc, or one pass, is longer than a command may be: the way is driven in several.
+#[test]
+fn planners_drive_ways_longer_than_a_command() {
+    let mut wide_turns = Scenario::default();
+    wide_turns.pasture.headland_m = f64::INFINITY;
+    wide_turns.mower.turning_radius_m = 3.5e5;
+    let mut long_passes = Scenario::default();
+    (long_passes.pasture.length_m, long_passes.pasture.width_m) = (1.1 * MAX_DISTANCE_M, 2.0);
+    for (scenario, agent) in [(&wide_turns, "jump"), (&long_passes, "bcp")] {
+        let scenario = scenario.clone().check().unwrap();
+        let (summary, outcome) = run_summary(&scenario, &agent.parse().unwrap(), 3);
+        assert!(summary.path_length_m > MAX_DISTANCE_M, "{agent}: {summary:?}");
+        assert_eq!((outcome, summary.weeds_mowed), (Outcome::Done, summary.weeds_total), "{agent}");
+    }
 }

@@ -240,7 +240,7 @@ fn opened_within(open: &Open, limits: &Limits, bounds: Bounds) -> Result<Hosted,
 fn environments_that_are_too_large_together_are_refused_before_they_are_built() {
     let scenario = Scenario::default();
     let many = Open { num_envs: 16_000, ..open(&scenario, AutoresetMode::NextStep) };
-    let bounds = Bounds { max_cells: 64_000_000, max_weeds: 640_000 };
+    let bounds = Bounds { max_cells: 66_560_000, max_weeds: 640_000 };
     let limits = Limits::default();
     let ask = |open: &Open, bounds| {
         let mut text = String::new();
@@ -252,10 +252,11 @@ fn environments_that_are_too_large_together_are_refused_before_they_are_built() 
         });
         (text, used.bytes_max)
     };
-    let (text, bytes) = ask(&many, Bounds { max_cells: 63_999_999, ..bounds });
+    let (text, bytes) = ask(&many, Bounds { max_cells: 66_559_999, ..bounds });
     assert_eq!(
         text,
-        "`num_envs` x the cells of the pasture, each 1 m by 1 m, must be at most 63999999 on this server, got 64000000"
+        "`num_envs` x the cells of the pasture, 1 m by 1 m in whole squares of 8 by 8, must be at most 66559999 \
+         on this server, got 66560000"
     );
     assert!(bytes < 1_000_000, "{bytes}");
     let (text, bytes) = ask(&many, Bounds { max_weeds: 639_999, ..bounds });
@@ -337,21 +338,22 @@ fn all_sessions_together_have_so_many_cells_and_weeds_and_no_more() {
     let cells = |used, most| Fault::full(used, most, "cells of pastures", "max_all_cells");
     let weeds = |used| Fault::full(used, 100, "weeds", "max_all_weeds");
     // Five pastures of 100 m by 40 m: three sessions, or one and another one with percepts.
-    let all = Bounds { max_cells: 60_000, max_weeds: 100 };
+    let all = Bounds { max_cells: 62_400, max_weeds: 100 };
     let room = Room::new(Bounds::OF_SESSION, all);
     let opened = |open: &Open| Hosted::open_in(open, &Limits::default(), &room, 1);
     let mut first = opened(&open).unwrap();
     let second = opened(&told).unwrap();
     let full = opened(&open).unwrap_err();
-    assert_eq!(full, cells(60_000, 60_000));
+    assert_eq!(full, cells(62_400, 62_400));
     drop(second);
     let second = opened(&open).unwrap();
-    assert_eq!(opened(&told).unwrap_err(), cells(40_000, 60_000));
+    assert_eq!(opened(&told).unwrap_err(), cells(41_600, 62_400));
     // What could never be there is told so.
     let text = Open { num_envs: 16, ..open.clone() };
     assert_eq!(
         opened(&text).unwrap_err().to_string(),
-        "`num_envs` x the cells of the pasture, each 1 m by 1 m, must be at most 60000 on this server, got 64000"
+        "`num_envs` x the cells of the pasture, 1 m by 1 m in whole squares of 8 by 8, must be at most 62400 \
+         on this server, got 66560"
     );
     // 20 weeds each so far; resets and restores are charged as well.
     let table = bytes_of([1.0; 2 * 70]);
