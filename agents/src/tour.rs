@@ -196,6 +196,8 @@ fn better_place(
 
 #[cfg(test)]
 mod tests {
+    use swath_core::rng::{agent_rng, uniform};
+
     use super::*;
 
     #[test]
@@ -220,5 +222,69 @@ mod tests {
         let mut order = open_tour(Point::origin(), &points);
         order.sort_unstable();
         assert_eq!(order, (0..100).collect::<Vec<_>>());
+    }
+
+    /// Points on a square of 100 m by 100 m.
+    fn drawn(count: usize, seed: u64) -> Vec<Point> {
+        let mut rng = agent_rng(seed);
+        let mut at = || 100.0 * uniform(&mut rng);
+        (0..count).map(|_| Point::new(at(), at())).collect()
+    }
+
+    /// Calls `visit` with every order of the points from `fixed` on.
+    fn for_each_order(order: &mut Vec<usize>, fixed: usize, visit: &mut impl FnMut(&[usize])) {
+        if fixed == order.len() {
+            visit(order);
+        }
+        for other in fixed..order.len() {
+            order.swap(fixed, other);
+            for_each_order(order, fixed + 1, visit);
+            order.swap(fixed, other);
+        }
+    }
+
+    #[test]
+    fn a_tour_of_few_points_is_the_shortest_of_all_orders() {
+        for (count, seed) in (1..=7).flat_map(|count| (0..5).map(move |seed| (count, seed))) {
+            let (start, points) = (Point::new(50.0, 0.0), drawn(count, seed));
+            let mut shortest_m = f64::INFINITY;
+            for_each_order(&mut (0..count).collect(), 0, &mut |order| {
+                shortest_m = shortest_m.min(tour_length(start, &points, order));
+            });
+            let found_m = tour_length(start, &points, &open_tour(start, &points));
+            assert!((found_m - shortest_m).abs() < 1e-9, "{count} points: {found_m} {shortest_m}");
+        }
+    }
+
+    #[test]
+    fn no_run_of_a_tour_of_many_points_is_better_turned_round_or_a_short_one_elsewhere() {
+        for seed in 0..20 {
+            let (start, points) = (Point::origin(), drawn(40, seed));
+            let order = open_tour(start, &points);
+            let found_m = tour_length(start, &points, &order);
+            let check = |other: &[usize], what: &str| {
+                let other_m = tour_length(start, &points, other);
+                assert!(other_m > found_m - 1e-6, "{what}: {other_m} m instead of {found_m}");
+            };
+            for first in 0..order.len() {
+                for end in first + 1..=order.len() {
+                    let mut other = order.clone();
+                    other[first..end].reverse();
+                    check(&other, "turned round");
+                }
+                for length in 1..=3.min(order.len() - first) {
+                    let mut rest = order.clone();
+                    let mut run: Vec<usize> = rest.drain(first..first + length).collect();
+                    for _ in 0..2 {
+                        for place in 0..=rest.len() {
+                            let mut other = rest.clone();
+                            other.splice(place..place, run.iter().copied());
+                            check(&other, "moved");
+                        }
+                        run.reverse();
+                    }
+                }
+            }
+        }
     }
 }

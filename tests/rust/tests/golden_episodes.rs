@@ -1,9 +1,12 @@
-//! One episode of each planner, arc by arc, as committed in `tests/rust/golden`. `make test-rust GOLDEN=1` rewrites them.
+//! Episodes as committed in `tests/rust/golden`: one of each planner arc by arc, and the lengths of others.
+//! `make test-rust GOLDEN=1` rewrites them.
+
+#![cfg(test)] // for helpers, too, an unwrap is a failing test
 
 use std::fmt::Write as _;
 use std::path::Path;
 
-use swath_agents::runner::run_episode;
+use swath_agents::runner::{run_episode, run_summary};
 use swath_core::config::Document;
 use swath_tests::agents;
 
@@ -34,16 +37,44 @@ fn an_episode_of_each_planner_is_as_it_was() {
             .unwrap();
         }
         let file = folder.join(format!("{}.txt", name.split(':').next().unwrap_or(name)));
-        if std::env::var_os("GOLDEN").is_some() {
-            std::fs::create_dir_all(&folder).unwrap();
-            std::fs::write(&file, &text).unwrap();
-        }
-        let golden = std::fs::read_to_string(&file).unwrap_or_default();
-        assert!(
-            text == golden,
-            "{name} has changed; look at it with `make test-rust GOLDEN=1` and git diff"
-        );
+        compare(&file, &text);
     }
+}
+
+/// The field has few weeds. Among more, rules come into play that it does not need.
+#[test]
+fn episodes_on_the_pasture_are_as_long_as_they_were() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden/pasture.txt");
+    let mut text = String::from("# agent weeds seed path_length_m weeds_mowed outcome\n");
+    for count in [20, 80, 320] {
+        let mut document = Document::open("pasture").unwrap();
+        document.overlay(format!("weeds.count = {count}").parse().unwrap());
+        let scenario = document.scenario().unwrap();
+        for name in ["bcp", "bcp-tsp", "react", "jump", "snake", "r-snake", "greedy"] {
+            for seed in 6..10 {
+                let (summary, outcome) = run_summary(&scenario, &name.parse().unwrap(), seed);
+                let (length_m, mowed) = (summary.path_length_m, summary.weeds_mowed);
+                let outcome = outcome.name();
+                writeln!(text, "{name} {count} {seed} {length_m:.4} {mowed} {outcome}").unwrap();
+            }
+        }
+    }
+    compare(&file, &text);
+}
+
+/// Compares with a committed file, or writes it.
+fn compare(file: &Path, text: &str) {
+    if std::env::var_os("GOLDEN").is_some() {
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+        std::fs::write(file, text).unwrap();
+    }
+    let golden = std::fs::read_to_string(file).unwrap_or_default();
+    let first = text.lines().zip(golden.lines()).find(|(now, was)| now != was);
+    assert!(
+        text == golden,
+        "{} has changed, first {first:?}; look at it with `make test-rust GOLDEN=1` and git diff",
+        file.display()
+    );
 }
 
 /// The same number without the sign of a rounded zero.
