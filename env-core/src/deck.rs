@@ -41,7 +41,8 @@ impl Deck {
         self.seen.reserve(cells.saturating_sub(self.seen.len()));
     }
 
-    /// Finds what the bar will meet on a piece, before its stretches are driven.
+    /// Finds what the bar will meet on a piece, before its stretches are driven: only what [`Deck::mow`] has to look at, which
+    /// decides by [`BarSweep::contains`].
     pub fn prepare(&mut self, piece: &Piece, weeds: &Weeds, ground: &SeenGround) {
         weeds.find_standing(&piece.sweep(self.width_m), ground, &mut self.ahead);
     }

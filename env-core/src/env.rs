@@ -1,14 +1,17 @@
 //! The step, from action to observation.
 //!
-//! Read [`Env::step`] and [`Env::drive`]: one line a phase, in the order of the modules of this crate; deck and sensor look
-//! ahead first, and where nothing but ground is to be met the mower drives on at once. Where a weed is mowed is the line of
-//! the deck; who may see it, the line of the sensor; what it is worth, the line of the reward.
+//! Read [`Env::step`] and, just below it, [`Env::drive_watched`]: one line a phase, in the order of the modules of this crate;
+//! deck and sensor look ahead first, and where nothing but ground is to be met the mower drives on at once. Where a weed is
+//! mowed is the line of the deck; who may see it, the line of the sensor; what it is worth, the line of the reward.
 
+mod beginning;
+mod pursue;
 mod setup;
 mod snapshot;
 mod summary;
 mod watch;
 
+pub use beginning::Beginning;
 pub(crate) use snapshot::damaged;
 pub use snapshot::{SnapshotError, weeds_in};
 pub use summary::Summary;
@@ -19,21 +22,20 @@ use std::sync::Arc;
 
 use crate::action::{Action, ActionDecoder, ActionError, ActionSpec, Command, Order};
 use crate::belief::Belief;
-use crate::candidates::{Candidates, Purpose};
-use crate::config::{ActionKind, NamedStart, ObservationKind, Start, ValidScenario};
+use crate::candidates::Candidates;
+use crate::config::{ActionKind, ObservationKind, ValidScenario};
 use crate::episode::{End, Episode, Limits};
 use crate::fetch::fetch;
-use crate::geometry::{Point, Pose};
 use crate::grid::Grid;
 use crate::mower::Mower;
 use crate::observation::{Memory, ObservationMut, ObservationSpec};
 use crate::reward::{RewardTerms, Tally};
 use crate::rig::Rig;
-use crate::rng::{self, Stream};
 use crate::site::Site;
 use crate::trajectory::Trace;
 use crate::view::View;
-use crate::weeds::{self, Weeds};
+use crate::weeds::Weeds;
+use beginning::start_pose;
 use setup::Setup;
 
 /// One pasture with one mower.
@@ -68,31 +70,6 @@ pub struct Step {
     pub distance_m: f64,
     /// Whether the action had to be clipped into its range.
     pub is_clipped: bool,
-}
-
-impl Step {
-    /// This and what came next within the same step.
-    fn followed_by(mut self, next: &Self) -> Self {
-        self.terms.add(&next.terms);
-        self.end = next.end;
-        self.weeds_mowed += next.weeds_mowed;
-        self.distance_m += next.distance_m;
-        self
-    }
-}
-
-/// After so many looks a decision is over, wherever it leads: no step takes long.
-const MOST_LOOKS: usize = 100_000;
-
-/// Where and among which weeds an episode begins, where that is not left to the scenario.
-///
-/// Fronts check what comes from outside: weeds off the pasture and a start off the headland are refused by a panic.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Beginning<'a> {
-    /// The weeds, instead of drawing them; world frame, metres.
-    pub weeds: Option<&'a [Point]>,
-    /// The mower's pose, instead of the scenario's start.
-    pub start: Option<Pose>,
 }
 
 impl Env {
@@ -132,82 +109,6 @@ impl Env {
         self.trace = Some(Box::new(Trace::at(self.mower.pose())));
     }
 
-    /// Begins episode 0 of `seed`.
-    pub fn reset(&mut self, seed: u64) {
-        self.reset_from(seed, Beginning::default());
-    }
-
-    /// Begins episode 0 of `seed` with weeds or a start pose of the caller's.
-    ///
-    /// # Panics
-    ///
-    /// If a weed of `beginning` is not on the pasture, or its start not on the pasture or its headland.
-    pub fn reset_from(&mut self, seed: u64, beginning: Beginning) {
-        self.seed = seed;
-        self.episodes = 0;
-        self.begin(beginning);
-    }
-
-    /// Begins the next episode of the present seed.
-    ///
-    /// # Panics
-    ///
-    /// As [`Env::reset_from`].
-    pub fn reset_next(&mut self, beginning: Beginning) {
-        self.begin(beginning);
-    }
-
-    fn begin(&mut self, beginning: Beginning) {
-        let Beginning { weeds: given, start } = beginning;
-        let site = &self.setup.site;
-        assert!(
-            given.into_iter().flatten().all(|weed| site.holds(weed.x, weed.y)),
-            "weeds stand on the pasture"
-        );
-        assert!(
-            start.is_none_or(|start| site.allows(start)),
-            "the mower starts on the pasture or its headland"
-        );
-        let seed = rng::episode_seed(self.seed, self.episodes);
-        self.episodes += 1;
-        let Self { setup, weeds, .. } = self;
-        let scenario = &setup.scenario;
-        weeds.plant(|planted| match given {
-            Some(given) => planted.extend_from_slice(given),
-            None => weeds::draw(
-                &scenario.weeds,
-                &scenario.pasture,
-                planted,
-                &mut rng::stream(seed, Stream::Weeds),
-            ),
-        });
-        self.belief.clear();
-        self.reserve();
-        self.memory.clear();
-        self.episode = Episode::started();
-        self.mower = Mower::at(start.unwrap_or_else(|| start_pose(&self.setup.scenario)));
-        let Self { rig, mower, weeds, belief, .. } = self;
-        let percept = rig.sensor.look_around(&mower.frame(), weeds, belief.ground());
-        self.belief.absorb_percept(&percept, &self.weeds);
-        self.forget();
-    }
-
-    /// Throws away what was worked out, or kept, of another state.
-    fn forget(&mut self) {
-        if let Some(candidates) = &mut self.candidates {
-            candidates.reset();
-        }
-        if let Some(trace) = &mut self.trace {
-            trace.begin(self.mower.pose());
-        }
-    }
-
-    /// Makes room for whatever an episode may bring, so that its steps allocate nothing.
-    fn reserve(&mut self) {
-        self.belief.reserve(self.weeds.positions().len());
-        self.rig.reserve(&self.weeds);
-    }
-
     /// One step of the Gymnasium environment: drives as `action` says, for at most one control period; with the action
     /// kind `target` until the mower arrives or detects something.
     ///
@@ -231,41 +132,6 @@ impl Env {
         };
         self.observe(observation); // observation
         Ok(step)
-    }
-
-    /// Goes to a candidate, look by look: until the mower arrives, its weed is mowed, or something new is detected, and for
-    /// 20 km at most. The place of no candidate stands for the search, and is reported as clipped.
-    fn pursue(&mut self, place: usize) -> Result<Step, ActionError> {
-        self.episode.check_running()?;
-        let (candidate, is_asked_for) = self.candidates().chosen(place);
-        let detected = self.belief.detected();
-        let mut whole: Option<Step> = None;
-        let mut looks = 0;
-        for segment in candidate.way.segments() {
-            let mut left_m = segment.length_m;
-            while left_m > 0.0 {
-                let distance_m = left_m.min(self.mower.to_next_look_m());
-                left_m -= distance_m;
-                if whole.is_some() {
-                    self.episode.resume_step();
-                }
-                let part =
-                    self.drive(Command { curvature_per_m: segment.curvature_per_m, distance_m })?;
-                let step = whole.map_or(part, |step| step.followed_by(&part));
-                whole = Some(step);
-                let is_mowed = match candidate.purpose {
-                    Purpose::Weed(number) => !self.belief.known().holds(number),
-                    _ => false,
-                };
-                looks += 1;
-                let is_over = step.end != End::Running || looks == MOST_LOOKS;
-                if is_over || self.belief.detected() > detected || is_mowed {
-                    return Ok(Step { is_clipped: !is_asked_for, ..step });
-                }
-            }
-        }
-        let step = whole.expect("every way is longer than nothing");
-        Ok(Step { is_clipped: !is_asked_for, ..step })
     }
 
     /// Carries out one command, be it a millimetre or a thousand kilometres: the phases of a step between action and observation.
@@ -302,14 +168,15 @@ impl Env {
             let tells_nothing = sensor.is_idle() || (W::IS_NOBODY && sensor.meets_no_weed());
             if deck.is_idle() && tells_nothing && piece.is_within(&self.setup.site) {
                 self.mower.follow_all(&piece);
-                tally.distance_m = piece.driven_m();
+                tally.has_come(piece.driven_m());
                 self.belief.absorb_ground(sensor.seen_ahead());
                 continue;
             }
             for stretch in piece.stretches() {
                 self.mower.follow(&stretch); // mower
                 let cut = deck.mow(&stretch, &mut self.weeds); // deck
-                tally.add(stretch.driven_m, cut.mowed.len());
+                tally.has_come(stretch.driven_m);
+                tally.has_mowed(cut.mowed.len());
                 watch.on_cut(stretch.path_m, &cut);
                 self.belief.absorb_cut(&cut);
                 if stretch.ends_at_look {
@@ -451,14 +318,4 @@ impl Env {
 fn needs_candidates(scenario: &ValidScenario) -> bool {
     scenario.action.kind == ActionKind::Target
         || matches!(scenario.observation.kind, ObservationKind::Candidates | ObservationKind::Dict)
-}
-
-fn start_pose(scenario: &ValidScenario) -> Pose {
-    match scenario.mower.start {
-        Start::Named(NamedStart::Corner) => Pose::new(0.0, 0.5 * scenario.mower.deck_width_m, 0.0),
-        Start::Named(NamedStart::Centre) => {
-            Pose::new(0.5 * scenario.pasture.length_m, 0.5 * scenario.pasture.width_m, 0.0)
-        }
-        Start::Pose([x_m, y_m, heading_rad]) => Pose::new(x_m, y_m, heading_rad),
-    }
 }

@@ -14,9 +14,13 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Takes in a stretch that mowed `weeds` weeds; with it `driven_m` are driven.
-    pub fn add(&mut self, driven_m: f64, weeds: usize) {
-        self.distance_m = driven_m;
+    /// Takes note that `distance_m` are driven in all.
+    pub fn has_come(&mut self, distance_m: f64) {
+        self.distance_m = distance_m;
+    }
+
+    /// Takes note of so many weeds mowed more.
+    pub fn has_mowed(&mut self, weeds: usize) {
         self.weeds_mowed +=
             u32::try_from(weeds).expect("a scenario holds at most ten million weeds");
     }
