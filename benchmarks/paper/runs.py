@@ -66,7 +66,12 @@ class Mean(NamedTuple):
 
     def __str__(self) -> str:
         """The mean and its half width, one decimal."""
-        return f"{self.value:.1f} ± {self.half_width:.1f}"
+        return f"{self}"
+
+    def __format__(self, spec: str) -> str:
+        """The mean and its half width, one decimal unless `spec` has a precision; `+` as for numbers."""
+        number = spec if "." in spec else f"{spec}.1f"
+        return f"{self.value:{number}} ± {self.half_width:{number.lstrip('+')}}"
 
     @property
     def low(self) -> float:
