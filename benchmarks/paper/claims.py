@@ -209,14 +209,25 @@ def field_claims(runs: Runs) -> list[Claim]:
     for agent, printed_m in (("jump", 410), ("snake", 338), ("r-snake", 338)):
         lengths = runs.each(agent, "length")
         percentile = 100 * float(np.mean(lengths <= printed_m))
-        complete = int(np.sum(runs.each(agent, "mowed") >= 100 - 1e-9))
         claims.append(
             Claim(
-                f"{agent.upper()} drove {printed_m} m on one draw of 14 weeds, and mowed all of them",
+                f"{agent.upper()} drove {printed_m} m on one draw of 14 weeds",
                 "VIII",
                 f"{lengths.mean():.1f} ± {lengths.std(ddof=1):.1f} m (mean ± sd of {lengths.size} draws); "
-                f"{printed_m} m is at percentile {percentile:.1f}; all 14 mowed in {complete}",
+                f"{printed_m} m is at percentile {percentile:.1f}",
                 True if 5 <= percentile <= 95 else (None if 1 <= percentile <= 99 else False),
+            )
+        )
+    for agent in ONLINE:
+        mowed = runs.each(agent, "mowed")
+        complete = int(np.sum(mowed >= 100 - 1e-9))
+        claims.append(
+            Claim(
+                f"{agent.upper()} mowed all 14 weeds of that draw",
+                "VIII",
+                f"all 14 in {complete} of {mowed.size} draws ({100 * complete / mowed.size:.1f} %), "
+                f"{mowed.mean():.2f} % of all weeds",
+                True if complete == mowed.size else (None if complete > mowed.size / 2 else False),
             )
         )
     same = int(np.sum(np.abs(runs.each("snake", "length") - runs.each("r-snake", "length")) < 1e-6))

@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("benchmarks.paper.page", reason="run from the repository")
 
-from benchmarks.paper import effects, instances, page
+from benchmarks.paper import claims, effects, instances, page
 from benchmarks.paper.effects import Effect
 from benchmarks.paper.instances import Episode
 from benchmarks.paper.runs import EXPERIMENTS, Mean, Runs
@@ -94,3 +94,19 @@ def test_distributions_are_compared_where_they_differ_most():
     ]
     effect = effects.of_distribution(Runs(some), "react", "mowed", [20, 40])
     assert str(effect) == "-30.0 ± 0.0 (97.5 -> 67.5 % at 40 weeds)"
+
+
+@pytest.mark.parametrize(("mowed", "verdict"), [((20, 20, 20), True), ((20, 19, 20), None), ((19, 20, 19), False)])
+def test_weeds_left_in_the_field_count_whatever_the_length(mowed, verdict):
+    # All lengths around those that the paper prints.
+    ways_m = {"bcp": [897.0] * 3, "jump": [400.0, 410.0, 420.0], "snake": [330.0, 338.0, 345.0]}
+    ways_m["r-snake"] = ways_m["snake"]
+    some = [
+        episode(agent, n, path_m=way_m, mowed=mowed[n] if agent == "snake" else 20)
+        for agent, ways in ways_m.items()
+        for n, way_m in enumerate(ways)
+    ]
+    found = {claim.text: claim.holds for claim in claims.field_claims(Runs(some))}
+    assert found["SNAKE drove 338 m on one draw of 14 weeds"] is True
+    assert found["SNAKE mowed all 14 weeds of that draw"] is verdict
+    assert found["JUMP mowed all 14 weeds of that draw"] is True
