@@ -356,7 +356,6 @@ retrain-learned: build-release ## trains the agent learned once more, SEED=1000,
 	python -m benchmarks.learned --again out/learned/again
 
 .PHONY: paper
-paper: build-release ## the experiments of the paper run anew: docs/reproduce, its data and figures
+paper: build-release ## the experiments of the paper: docs/reproduce, its data and figures; goes on where it was stopped
 	$(call need,$(VENV),paper)
-	rm -rf out/paper
 	python -m benchmarks.paper

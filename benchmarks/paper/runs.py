@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-import csv
+from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from benchmarks.paper.instances import Episode
 
 import swath
+from swath.evaluation import Results
 from swath.evaluation.statistics import spread
+from swath.evaluation.study import build
 
 Floats = npt.NDArray[np.float64]
 
@@ -62,7 +66,12 @@ class Mean(NamedTuple):
 
     def __str__(self) -> str:
         """The mean and its half width, one decimal."""
-        return f"{self.value:.1f} ± {self.half_width:.1f}"
+        return f"{self}"
+
+    def __format__(self, spec: str) -> str:
+        """The mean and its half width, one decimal unless `spec` has a precision; `+` as for numbers."""
+        number = spec if "." in spec else f"{spec}.1f"
+        return f"{self.value:{number}} ± {self.half_width:{number.lstrip('+')}}"
 
     @property
     def low(self) -> float:
@@ -76,36 +85,31 @@ class Mean(NamedTuple):
 
 
 class Runs:
-    """The episodes of one experiment, read from its `episodes.csv`."""
+    """The episodes of one experiment."""
 
-    def __init__(self, file: Path) -> None:
-        """Reads every episode of `file`; its rows come sorted by cell, agent and instance."""
-        with file.open(newline="") as stream:
-            self._rows = list(csv.DictReader(stream))
-        self._cells: dict[tuple[str, ...], list[dict[str, str]]] = {}
-        for row in self._rows:
-            swept = tuple(value for key, value in row.items() if "." in key)
-            self._cells.setdefault((row["agent"], *swept), []).append(row)
+    def __init__(self, episodes: Iterable[Episode]) -> None:
+        """Takes every episode, those of a cell sorted by instance."""
+        self._episodes = list(episodes)
+        self._cells: dict[tuple[str, ...], list[Episode]] = {}
+        for episode in self._episodes:
+            self._cells.setdefault((episode.agent, *episode.swept.values()), []).append(episode)
 
-    def cells(self, agent: str, **where: str | float) -> list[list[dict[str, str]]]:
-        """The rows of `agent`, one list a cell, each sorted by instance; `where` picks cells, with `__` for a dot."""
+    def cells(self, agent: str, **where: str | float) -> list[list[Episode]]:
+        """The episodes of `agent`, one list a cell, each by instance; `where` picks cells, with `__` for a dot."""
         wanted = {key.replace("__", "."): value for key, value in where.items()}
         return [
-            rows
-            for (name, *_), rows in self._cells.items()
-            if name == agent and all(_equal(rows[0][key], value) for key, value in wanted.items())
+            episodes
+            for (name, *_), episodes in self._cells.items()
+            if name == agent and all(_equal(episodes[0].swept[key], value) for key, value in wanted.items())
         ]
 
     def values(self, key: str) -> list[float]:
         """Every value of a swept key, ascending."""
-        return sorted({float(row[key]) for row in self._rows})
+        return sorted({float(episode.swept[key]) for episode in self._episodes})
 
     def outcomes(self) -> dict[str, int]:
         """How many episodes ended in which way."""
-        outcomes: dict[str, int] = {}
-        for row in self._rows:
-            outcomes[row["outcome"]] = outcomes.get(row["outcome"], 0) + 1
-        return outcomes
+        return dict(Counter(episode.outcome for episode in self._episodes))
 
     def by_instance(self, agent: str, measure: str, **where: str | float) -> Floats:
         """A measure of each instance, its mean over the cells that `where` picks.
@@ -129,16 +133,16 @@ class Runs:
         return np.concatenate([measured(rows, measure) for rows in self.cells(agent, **where)])
 
 
-def measured(rows: list[dict[str, str]], measure: str) -> Floats:
+def measured(episodes: list[Episode], measure: str) -> Floats:
     """One measure of some episodes: `path`, `mowed` or `detected` in per cent, `length` in metres."""
 
     def column(name: str) -> Floats:
-        return np.array([float(row[name]) for row in rows])
+        return np.array([float(getattr(episode, name)) for episode in episodes])
 
-    if measure == "path":
-        return 100 * column("path_fraction")
     if measure == "length":
-        return column("path_length_m")
+        return column("path_m")
+    if measure == "path":
+        return 100 * column("path_m") / column("bcp_m")
     return 100 * column(f"weeds_{measure}") / column("weeds_total")
 
 
@@ -148,19 +152,17 @@ def mean_of(values: Floats) -> Mean:
     return Mean(known["mean"], 0.0 if known["high"] is None else known["high"] - known["mean"])
 
 
-def run(experiment: Experiment, folder: Path, jobs: int | None) -> Runs:
-    """Runs an experiment, or what is left of it, and reads its episodes."""
-    out = folder / experiment.name
-    swath.evaluate(
+def run(experiment: Experiment, folder: Path, jobs: int | None) -> Results:
+    """Runs an experiment, or what is left of it, in a folder of this build: another build's episodes may differ."""
+    return swath.evaluate(
         list(experiment.agents),
         scenario=experiment.scenario,
         only=experiment.only,
         instances=experiment.instances,
         jobs=jobs,
-        out=out,
+        out=folder / build() / experiment.name,
         progress=True,
     )
-    return Runs(out / "episodes.csv")
 
 
 def _equal(text: str, value: str | float) -> bool:
