@@ -138,6 +138,17 @@ def test_the_written_scenario_runs_again_to_the_same_rows(sweep, tmp_path):
     assert csv_of(tmp_path / "one") == csv_of(tmp_path / "two")
 
 
+def test_the_written_scenario_of_a_sweep_over_given_weeds_runs_again(tmp_path):
+    farm = tmp_path / "farm.toml"
+    sweep = '[[sweep]]\nname = "given"\n"weeds.positions_m" = [[[3.0, 4.0]], [[5.0, 6.0], [30.0, 20.0]]]\n'
+    farm.write_text(f"[weeds]\ncount = 7\n{sweep}")
+    results = swath.evaluate(["jump"], scenario=farm, instances=1, out=tmp_path / "one")
+    assert [row.weeds_total for row in results.rows] == [1, 2]
+    farm.write_text((tmp_path / "one" / "scenario.toml").read_text())
+    swath.evaluate(["jump"], scenario=farm, instances=1, out=tmp_path / "two")
+    assert csv_of(tmp_path / "one") == csv_of(tmp_path / "two")
+
+
 def test_floats_are_written_so_that_they_read_back_the_same(tmp_path):
     results = swath.evaluate(["jump"], scenario="cowbot-field", instances=4, out=tmp_path / "out")
     for row, line in zip(results.rows, rows_of(tmp_path / "out"), strict=True):
