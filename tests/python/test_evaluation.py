@@ -363,6 +363,10 @@ def test_a_folder_with_other_files_is_refused_and_left_alone(tmp_path):
         ({"agents": 5}, "`agents` must be names of agents, such as `snake`, got 5"),
         ({"agents": ["jump", 5]}, "`agent` must be a name such as `snake` or `bcp:spacing=sensor`, got 5"),
         ({"agents": "jump,jump"}, "`agents` must differ in their names, got `jump` twice"),
+        (
+            {"agents": "bcp, bcp:spacing=deck"},
+            "`agents` must differ in their names, got `bcp` and `bcp:spacing=deck`, which are the same",
+        ),
         ({"scenario": []}, "`scenario` must name at least one, got none"),
         ({"scenario": ["pasture", "pasture"]}, "`scenario` must differ in their names, got `pasture` twice"),
         ({"instances": 0}, "`instances` must be a whole number from 1 to 4294967296, got 0"),

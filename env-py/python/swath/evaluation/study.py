@@ -78,19 +78,23 @@ class Study:
         if not isinstance(agents, Iterable):
             text = f"`agents` must be names of agents, such as `snake`, got {agents!r}"
             raise ConfigError(text)
-        texts = agents.split(",") if isinstance(agents, str) else agents
+        texts = [
+            text.strip() if isinstance(text, str) else text
+            for text in (agents.split(",") if isinstance(agents, str) else agents)
+        ]
         sources = _sources(scenario)
         instances = whole("instances", instances, least=1, most=_MOST_INSTANCES)
         study = cls(
-            agents=tuple(_native.AgentSpec(text.strip() if isinstance(text, str) else text) for text in texts),
+            agents=tuple(map(_native.AgentSpec, texts)),
             cells=_cells(sources, only),
             instances=instances,
             seed=whole("seed", seed, least=0, most=LARGEST_SEED - (instances - 1)),
             only=only,
             files=dict(_files(sources, only)),
         )
-        _refuse_twins("agents", study.labels)
-        _refuse_twins("scenario", [_title(cell) for cell in study.cells])
+        _refuse_twins("agents", study.labels, written=texts)
+        titles = [_title(cell) for cell in study.cells]
+        _refuse_twins("scenario", titles, written=titles)
         return study
 
     @property
@@ -204,11 +208,13 @@ def _title(cell: Cell) -> str:
     return ", ".join([cell.name, *(f"{key} = {value}" for key, value in cell.values.items())])
 
 
-def _refuse_twins(field: str, names: Sequence[str]) -> None:
+def _refuse_twins(field: str, names: Sequence[str], *, written: Sequence[str]) -> None:
     if not names:
         text = f"`{field}` must name at least one, got none"
         raise ConfigError(text)
     for number, name in enumerate(names):
         if name in names[:number]:
-            text = f"`{field}` must differ in their names, got `{name}` twice"
+            one, other = written[names.index(name)], written[number]
+            got = f"`{one}` twice" if one == other else f"`{one}` and `{other}`, which are the same"
+            text = f"`{field}` must differ in their names, got {got}"
             raise ConfigError(text)
