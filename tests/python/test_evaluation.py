@@ -299,7 +299,7 @@ def test_an_episode_that_is_there_twice_is_compared_and_counted_once(tmp_path):
     row = json.loads(whole.splitlines()[1])
     journal.write_text(whole + json.dumps(row | {"wall_s": 9.0}) + "\n")
     assert swath.evaluate("jump", **arguments).rows == once.rows
-    journal.write_text(whole + json.dumps(row | {"path_length_m": 1.0}) + "\n")
+    journal.write_text(whole + json.dumps(row | {"weeds_mowed": 0}) + "\n")
     with pytest.raises(swath.SwathError, match=r"instance \d of jump on cowbot-field must end one way, got .* and .*"):
         swath.evaluate("jump", **arguments)
 
@@ -315,6 +315,45 @@ def test_a_journal_that_is_damaged_elsewhere_is_refused(tmp_path, damage):
     with pytest.raises(swath.ConfigError, match="got a damaged line 2 in"):
         swath.evaluate("jump", **arguments)
     assert journal.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seed": 999999},
+        {"seed": 1.0},
+        {"cell": -1},
+        {"cell": 1},
+        {"cell": False},
+        {"instance": 2},
+        {"instance": -1},
+        {"scenario": "pasture"},
+        {"agent": "snake"},
+        {"weeds_total": 3},
+        {"weeds_total": "14"},
+        {"weeds_mowed": 15},
+        {"weeds_mowed": -1},
+        {"weeds_detected": 15},
+        {"path_length_m": 1.0},
+        {"path_length_m": float("nan")},
+        {"path_length_m": -1.0, "path_fraction": -1.0, "bcp_length_m": 1.0},
+        {"seen_fraction": 1.01},
+        {"outcome": None},
+        {"wall_s": -1.0},
+    ],
+)
+def test_a_row_that_the_study_cannot_have_brought_about_is_a_damaged_line(tmp_path, change):
+    arguments = {"scenario": "cowbot-field", "instances": 2, "out": tmp_path / "out"}
+    swath.evaluate("jump", **arguments)
+    journal = tmp_path / "out" / "journal.jsonl"
+    header, first, last = journal.read_text().splitlines(keepends=True)
+    journal.write_text(f"{header}{json.dumps(json.loads(first) | change)}\n{last}")
+    (tmp_path / "out" / "episodes.csv").unlink()
+    with pytest.raises(swath.ConfigError) as error:
+        swath.evaluate("jump", **arguments)
+    expected = f"`out` must hold the journal as it was written, got a damaged line 2 in {journal}"
+    assert str(error.value) == expected
+    assert not (tmp_path / "out" / "episodes.csv").exists()
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import operator
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from hashlib import sha256
 from itertools import product
 from pathlib import Path
@@ -44,6 +44,11 @@ class Cell:
     name: str
     values: Mapping[str, object]
     scenario: _native.Scenario
+
+    @cached_property
+    def weeds(self) -> int:
+        """Number of weeds of every instance."""
+        return int(self.scenario.to_dict()["weeds"]["count"])  # type: ignore[index] # a block of keys
 
 
 @dataclass(frozen=True)
