@@ -523,6 +523,64 @@ def test_the_table_names_agents_cells_and_the_paired_difference():
     assert f"{percent - 100:.2f} ± 0.00" in lines[3]
 
 
+GIVEN = {"pasture": {"length_m": 30.0, "width_m": 20.0}, "weeds": {"positions_m": [[5.0, 4.0], [21.0, 16.0]]}}
+NONE = {"pasture": {"length_m": 30.0, "width_m": 20.0}, "weeds": {"count": 0}}
+
+
+@pytest.mark.parametrize(("scenario", "why"), [(GIVEN, "the scenario gives them"), (NONE, "the scenario has none")])
+def test_copies_of_one_instance_count_as_one_and_are_told_of(scenario, why):
+    results = swath.evaluate("bcp,jump", scenario=scenario, instances=3)
+    (cell,) = results.summary()["cells"]
+    assert cell["same_weeds"] == why
+    for about in cell["agents"]:
+        for measure in ("path_percent", "mowed_percent"):
+            one = about[measure]
+            assert (one["n"], one["sd"], one["low"], one["high"]) == (1, None, None, None)
+    for pair in cell["comparisons"]:
+        assert (pair["path_points"]["n"], pair["path_points"]["low"], pair["mowed_points"]["high"]) == (1, None, None)
+    lines = results.table().splitlines()
+    assert lines[2].split()[:4] == ["scenario", "bcp", "1", "100.00"]
+    assert "±" not in lines[2] + lines[3]
+    assert lines[-1] == (
+        f"scenario: all 3 instances have the same weeds, since {why}: they count as one, without an interval"
+    )
+
+
+def test_an_agent_that_chooses_at_random_has_an_interval_on_the_same_weeds_too():
+    grid = [[5.0 + 10.0 * x, 2.5 + 5.0 * y] for x in range(10) for y in range(8)]
+    # A mower that sees no farther than this searches, and misses others each time.
+    scenario = {"sensor": {"range_m": 3.0, "width_m": 3.0}, "weeds": {"positions_m": grid}}
+    results = swath.evaluate("bcp,react,jump", scenario=scenario, instances=4)
+    (cell,) = results.summary()["cells"]
+    mowed = np.array([100 * row.weeds_mowed / 80 for row in results.rows if row.agent == "react"])
+    react = cell["agents"][1]["mowed_percent"]
+    # Student's t with 3 degrees of freedom: 3.1824.
+    half = 3.1824 * mowed.std(ddof=1) / math.sqrt(4)
+    assert half > 0
+    assert (react["n"], react["high"] - react["mean"]) == (4, pytest.approx(half, rel=1e-4))
+    n = {(pair["agent"], pair["versus"]): pair["mowed_points"]["n"] for pair in cell["comparisons"]}
+    assert (n["react", "bcp"], n["jump", "react"], n["jump", "bcp"]) == (4, 4, 1)
+    assert (
+        results.table()
+        .splitlines()[-1]
+        .endswith(": they count as one, without an interval, but for react, whose choices are drawn anew in each")
+    )
+
+
+def test_cells_whose_weeds_are_drawn_keep_their_intervals_beside_one_whose_are_not(tmp_path):
+    file = tmp_path / "farm.toml"
+    file.write_text(SWEEP.replace("[5, 10]", "[0, 5]"))
+    results = swath.evaluate("jump", scenario=file, only="density", instances=3)
+    cells = results.summary()["cells"]
+    assert [cell["same_weeds"] for cell in cells] == ["the scenario has none"] * 2 + [None] * 2
+    assert [cell["agents"][0]["path_percent"]["n"] for cell in cells] == [1, 1, 3, 3]
+
+
+def test_one_instance_of_given_weeds_needs_no_note():
+    text = swath.evaluate("bcp", scenario=GIVEN, instances=1).table()
+    assert text.splitlines()[-1] == "mean ± half the 95 % interval of the mean, by Student's t"
+
+
 def test_nothing_to_mow_counts_as_all_mowed():
     results = swath.evaluate("bcp", scenario={"weeds": {"count": 0}}, instances=1)
     assert results.rows[0].mowed_percent == 100.0

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from swath import _native
 from swath.errors import ConfigError
+from swath.evaluation.chance import same_weeds
 from swath.evaluation.row import Row
 from swath.plain import plain
 from swath.seeds import LARGEST_SEED
@@ -49,6 +50,11 @@ class Cell:
     def weeds(self) -> int:
         """Number of weeds of every instance."""
         return int(self.scenario.to_dict()["weeds"]["count"])  # type: ignore[index] # a block of keys
+
+    @cached_property
+    def same_weeds(self) -> str | None:
+        """Why all instances have the same weeds; None where each draws its own."""
+        return same_weeds(self.scenario)
 
 
 @dataclass(frozen=True)
