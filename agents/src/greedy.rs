@@ -1,7 +1,7 @@
 //! `greedy`: the search, and whatever weed is near to its way.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use swath_core::candidates::Purpose;
 use swath_core::config::{ActionConfig, ConfigError};
 use swath_core::view::View;
@@ -10,7 +10,7 @@ use crate::agent::{Agent, Decision};
 use crate::pursuit::Pursuit;
 
 /// Options of `greedy`.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct GreedyOptions {
     /// The longest detour to a weed, metres. Longer ones leave fewer weeds behind and drive to and fro more.

@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use schemars::JsonSchema;
+use serde::Serialize;
 use swath_core::config::{ConfigError, from_table, hint};
 use swath_core::geometry::Point;
 use toml::{Table, Value};
@@ -92,14 +93,15 @@ pub const AGENTS: &[Entry] = &[
     },
 ];
 
-/// An agent's name and options, checked: `bcp`, `bcp:spacing=sensor`.
+/// An agent's name and options, checked: `bcp`, `bcp:spacing=sensor`. An option with the value that it has anyway is left out
+/// of the label, so one agent has one label, however it was written.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AgentSpec {
     label: String,
     build: Build,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 enum Build {
     Bcp(BcpOptions),
     BcpTsp,
@@ -113,21 +115,10 @@ enum Build {
     Clairvoyant(ClairvoyantOptions),
 }
 
-/// The options of an agent that has none.
-#[derive(Debug, Clone, Copy, Default, serde::Deserialize, JsonSchema)]
-#[serde(default, deny_unknown_fields)]
-struct NoOptions {}
-
-impl AgentSpec {
-    /// The agent called `name` with `options`.
-    ///
-    /// # Errors
-    ///
-    /// [`ConfigError`] naming an unknown agent, option or value.
-    pub fn new(name: &str, options: Table) -> Result<Self, ConfigError> {
-        let label = label(name, &options);
+impl Build {
+    fn of(name: &str, options: Table) -> Result<Self, ConfigError> {
         let prefix = format!("{name}.");
-        let build = match name {
+        Ok(match name {
             "bcp" => Build::Bcp(from_table(options, &prefix)?),
             "bcp-tsp" => plain(options, &prefix, Build::BcpTsp)?,
             "react" => plain(options, &prefix, Build::React)?,
@@ -153,7 +144,35 @@ impl AgentSpec {
                 let expected = format!("one of {}", names.join(", "));
                 return Err(ConfigError::value("agent", expected, format!("`{name}`{hint}")));
             }
-        };
+        })
+    }
+
+    /// Every option with its value.
+    fn options(&self) -> Table {
+        match Value::try_from(self).expect("every option has a TOML form") {
+            Value::Table(variant) => {
+                variant.into_iter().find_map(|(_, options)| options.try_into().ok())
+            }
+            _ => None,
+        }
+        .unwrap_or_default()
+    }
+}
+
+/// The options of an agent that has none.
+#[derive(Debug, Clone, Copy, Default, serde::Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+struct NoOptions {}
+
+impl AgentSpec {
+    /// The agent called `name` with `options`.
+    ///
+    /// # Errors
+    ///
+    /// [`ConfigError`] naming an unknown agent, option or value.
+    pub fn new(name: &str, options: Table) -> Result<Self, ConfigError> {
+        let build = Build::of(name, options)?;
+        let label = label(name, &build.options(), &Build::of(name, Table::new())?.options());
         Ok(Self { label, build })
     }
 
@@ -225,8 +244,10 @@ fn plain(options: Table, prefix: &str, build: Build) -> Result<Build, ConfigErro
     from_table::<NoOptions>(options, prefix).map(|_| build)
 }
 
-fn label(name: &str, options: &Table) -> String {
-    options.iter().fold(name.to_owned(), |label, (key, value)| {
+/// The name, and the options whose values are not the default ones.
+fn label(name: &str, options: &Table, defaults: &Table) -> String {
+    let is_chosen = |(key, value): &(&String, &Value)| defaults.get(key.as_str()) != Some(*value);
+    options.iter().filter(is_chosen).fold(name.to_owned(), |label, (key, value)| {
         let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
         format!("{label}:{key}={value}")
     })

@@ -138,6 +138,17 @@ def test_the_written_scenario_runs_again_to_the_same_rows(sweep, tmp_path):
     assert csv_of(tmp_path / "one") == csv_of(tmp_path / "two")
 
 
+def test_the_written_scenario_of_a_sweep_over_given_weeds_runs_again(tmp_path):
+    farm = tmp_path / "farm.toml"
+    sweep = '[[sweep]]\nname = "given"\n"weeds.positions_m" = [[[3.0, 4.0]], [[5.0, 6.0], [30.0, 20.0]]]\n'
+    farm.write_text(f"[weeds]\ncount = 7\n{sweep}")
+    results = swath.evaluate(["jump"], scenario=farm, instances=1, out=tmp_path / "one")
+    assert [row.weeds_total for row in results.rows] == [1, 2]
+    farm.write_text((tmp_path / "one" / "scenario.toml").read_text())
+    swath.evaluate(["jump"], scenario=farm, instances=1, out=tmp_path / "two")
+    assert csv_of(tmp_path / "one") == csv_of(tmp_path / "two")
+
+
 def test_floats_are_written_so_that_they_read_back_the_same(tmp_path):
     results = swath.evaluate(["jump"], scenario="cowbot-field", instances=4, out=tmp_path / "out")
     for row, line in zip(results.rows, rows_of(tmp_path / "out"), strict=True):
@@ -288,7 +299,7 @@ def test_an_episode_that_is_there_twice_is_compared_and_counted_once(tmp_path):
     row = json.loads(whole.splitlines()[1])
     journal.write_text(whole + json.dumps(row | {"wall_s": 9.0}) + "\n")
     assert swath.evaluate("jump", **arguments).rows == once.rows
-    journal.write_text(whole + json.dumps(row | {"path_length_m": 1.0}) + "\n")
+    journal.write_text(whole + json.dumps(row | {"weeds_mowed": 0}) + "\n")
     with pytest.raises(swath.SwathError, match=r"instance \d of jump on cowbot-field must end one way, got .* and .*"):
         swath.evaluate("jump", **arguments)
 
@@ -304,6 +315,45 @@ def test_a_journal_that_is_damaged_elsewhere_is_refused(tmp_path, damage):
     with pytest.raises(swath.ConfigError, match="got a damaged line 2 in"):
         swath.evaluate("jump", **arguments)
     assert journal.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seed": 999999},
+        {"seed": 1.0},
+        {"cell": -1},
+        {"cell": 1},
+        {"cell": False},
+        {"instance": 2},
+        {"instance": -1},
+        {"scenario": "pasture"},
+        {"agent": "snake"},
+        {"weeds_total": 3},
+        {"weeds_total": "14"},
+        {"weeds_mowed": 15},
+        {"weeds_mowed": -1},
+        {"weeds_detected": 15},
+        {"path_length_m": 1.0},
+        {"path_length_m": float("nan")},
+        {"path_length_m": -1.0, "path_fraction": -1.0, "bcp_length_m": 1.0},
+        {"seen_fraction": 1.01},
+        {"outcome": None},
+        {"wall_s": -1.0},
+    ],
+)
+def test_a_row_that_the_study_cannot_have_brought_about_is_a_damaged_line(tmp_path, change):
+    arguments = {"scenario": "cowbot-field", "instances": 2, "out": tmp_path / "out"}
+    swath.evaluate("jump", **arguments)
+    journal = tmp_path / "out" / "journal.jsonl"
+    header, first, last = journal.read_text().splitlines(keepends=True)
+    journal.write_text(f"{header}{json.dumps(json.loads(first) | change)}\n{last}")
+    (tmp_path / "out" / "episodes.csv").unlink()
+    with pytest.raises(swath.ConfigError) as error:
+        swath.evaluate("jump", **arguments)
+    expected = f"`out` must hold the journal as it was written, got a damaged line 2 in {journal}"
+    assert str(error.value) == expected
+    assert not (tmp_path / "out" / "episodes.csv").exists()
 
 
 @pytest.mark.parametrize(
@@ -352,6 +402,10 @@ def test_a_folder_with_other_files_is_refused_and_left_alone(tmp_path):
         ({"agents": 5}, "`agents` must be names of agents, such as `snake`, got 5"),
         ({"agents": ["jump", 5]}, "`agent` must be a name such as `snake` or `bcp:spacing=sensor`, got 5"),
         ({"agents": "jump,jump"}, "`agents` must differ in their names, got `jump` twice"),
+        (
+            {"agents": "bcp, bcp:spacing=deck"},
+            "`agents` must differ in their names, got `bcp` and `bcp:spacing=deck`, which are the same",
+        ),
         ({"scenario": []}, "`scenario` must name at least one, got none"),
         ({"scenario": ["pasture", "pasture"]}, "`scenario` must differ in their names, got `pasture` twice"),
         ({"instances": 0}, "`instances` must be a whole number from 1 to 4294967296, got 0"),
@@ -467,6 +521,64 @@ def test_the_table_names_agents_cells_and_the_paired_difference():
     percent = 100 * (3 * 36 + 2 * (1.5 * math.pi + 9)) / 897.5189
     assert f"{percent:.2f} ± 0.00" in lines[3]
     assert f"{percent - 100:.2f} ± 0.00" in lines[3]
+
+
+GIVEN = {"pasture": {"length_m": 30.0, "width_m": 20.0}, "weeds": {"positions_m": [[5.0, 4.0], [21.0, 16.0]]}}
+NONE = {"pasture": {"length_m": 30.0, "width_m": 20.0}, "weeds": {"count": 0}}
+
+
+@pytest.mark.parametrize(("scenario", "why"), [(GIVEN, "the scenario gives them"), (NONE, "the scenario has none")])
+def test_copies_of_one_instance_count_as_one_and_are_told_of(scenario, why):
+    results = swath.evaluate("bcp,jump", scenario=scenario, instances=3)
+    (cell,) = results.summary()["cells"]
+    assert cell["same_weeds"] == why
+    for about in cell["agents"]:
+        for measure in ("path_percent", "mowed_percent"):
+            one = about[measure]
+            assert (one["n"], one["sd"], one["low"], one["high"]) == (1, None, None, None)
+    for pair in cell["comparisons"]:
+        assert (pair["path_points"]["n"], pair["path_points"]["low"], pair["mowed_points"]["high"]) == (1, None, None)
+    lines = results.table().splitlines()
+    assert lines[2].split()[:4] == ["scenario", "bcp", "1", "100.00"]
+    assert "±" not in lines[2] + lines[3]
+    assert lines[-1] == (
+        f"scenario: all 3 instances have the same weeds, since {why}: they count as one, without an interval"
+    )
+
+
+def test_an_agent_that_chooses_at_random_has_an_interval_on_the_same_weeds_too():
+    grid = [[5.0 + 10.0 * x, 2.5 + 5.0 * y] for x in range(10) for y in range(8)]
+    # A mower that sees no farther than this searches, and misses others each time.
+    scenario = {"sensor": {"range_m": 3.0, "width_m": 3.0}, "weeds": {"positions_m": grid}}
+    results = swath.evaluate("bcp,react,jump", scenario=scenario, instances=4)
+    (cell,) = results.summary()["cells"]
+    mowed = np.array([100 * row.weeds_mowed / 80 for row in results.rows if row.agent == "react"])
+    react = cell["agents"][1]["mowed_percent"]
+    # Student's t with 3 degrees of freedom: 3.1824.
+    half = 3.1824 * mowed.std(ddof=1) / math.sqrt(4)
+    assert half > 0
+    assert (react["n"], react["high"] - react["mean"]) == (4, pytest.approx(half, rel=1e-4))
+    n = {(pair["agent"], pair["versus"]): pair["mowed_points"]["n"] for pair in cell["comparisons"]}
+    assert (n["react", "bcp"], n["jump", "react"], n["jump", "bcp"]) == (4, 4, 1)
+    assert (
+        results.table()
+        .splitlines()[-1]
+        .endswith(": they count as one, without an interval, but for react, whose choices are drawn anew in each")
+    )
+
+
+def test_cells_whose_weeds_are_drawn_keep_their_intervals_beside_one_whose_are_not(tmp_path):
+    file = tmp_path / "farm.toml"
+    file.write_text(SWEEP.replace("[5, 10]", "[0, 5]"))
+    results = swath.evaluate("jump", scenario=file, only="density", instances=3)
+    cells = results.summary()["cells"]
+    assert [cell["same_weeds"] for cell in cells] == ["the scenario has none"] * 2 + [None] * 2
+    assert [cell["agents"][0]["path_percent"]["n"] for cell in cells] == [1, 1, 3, 3]
+
+
+def test_one_instance_of_given_weeds_needs_no_note():
+    text = swath.evaluate("bcp", scenario=GIVEN, instances=1).table()
+    assert text.splitlines()[-1] == "mean ± half the 95 % interval of the mean, by Student's t"
 
 
 def test_nothing_to_mow_counts_as_all_mowed():

@@ -13,6 +13,7 @@ from swath.evaluation.statistics import spread
 from swath.report import Evaluated, page_of
 from swath.report.extremes import extremes_of
 from swath.report.groups import groups_of
+from swath.report.tables import of_group, of_places
 
 SWEPT = """
 [[sweep]]
@@ -144,6 +145,35 @@ def test_an_interval_holds_nothing_that_cannot_be():
     study.mowed_percent[0, 0] = [100, 100, 100, 99.999]
     text = text_of(page_of(study))
     assert "99.99 [99.99, 100.00]" in text
+
+
+def test_copies_of_one_instance_have_no_interval_and_the_page_says_why():
+    given = {"weeds": {"positions_m": [[5.0, 4.0], [21.0, 16.0]]}}
+    read = evaluated(given, agents=("bcp", "jump", "react"))
+    (group,) = groups_of(read)
+    bcp, jump, react = range(3)
+    assert group.mean(read.path_percent, jump)["high"] is None
+    assert group.difference(read.path_percent, jump, bcp)["high"] is None
+    assert group.mean(read.path_percent, react)["n"] == 4
+    assert group.difference(read.path_percent, react, bcp)["n"] == 4
+    for table in (of_group(group), of_places(group)):
+        assert [name for name in read.agents for line in table.splitlines() if name in line and "<small>" in line] == [
+            "react"
+        ]
+    page = text_of(page_of(read))
+    assert (
+        "All 4 instances have the same weeds, since the scenario gives them: they count as one, without an interval, "
+        "but for react, whose choices are drawn anew in each." in page
+    )
+
+
+def test_a_sweep_of_drawn_and_of_no_weeds_has_intervals_where_weeds_are_drawn():
+    Path("swept.toml").write_text('[[sweep]]\nname = "count"\n"weeds.count" = [0, 5]\n')
+    read = evaluated("swept.toml")
+    (group,) = groups_of(read)
+    assert [group.mean(read.path_percent, 0, numbers)["n"] for numbers in ([0], [1], [0, 1])] == [1, 4, 4]
+    page = text_of(page_of(read))
+    assert "In 1 of 2 scenarios all 4 instances have the same weeds, since the scenario has none: they count" in page
 
 
 def test_a_yardstick_is_called_one_wherever_it_stands():

@@ -1,7 +1,7 @@
 //! `clairvoyant`: what could be driven by a mower that knew every weed. A yardstick, not an online agent.
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use swath_core::config::ConfigError;
 use swath_core::geometry::Point;
 use swath_core::rng;
@@ -19,7 +19,7 @@ use crate::route::Route;
 const PAST_LAST_M: f64 = 0.01;
 
 /// Options of `clairvoyant`.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ClairvoyantOptions {
     /// How many changes of the tour are tried for each weed. More make it shorter.

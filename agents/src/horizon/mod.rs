@@ -17,7 +17,7 @@ use std::collections::HashMap;
 use std::sync::{LazyLock, Mutex};
 
 use schemars::JsonSchema;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use swath_core::action::Command;
 use swath_core::config::ConfigError;
 use swath_core::geometry::Pose;
@@ -90,7 +90,7 @@ static FIRST: LazyLock<Mutex<HashMap<String, First>>> = LazyLock::new(Mutex::def
 const MOST_FIRST: usize = 64;
 
 /// Options of `horizon`.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct HorizonOptions {
     /// How many changes are tried for a plan after something new is known, for every ten weeds and once more: twice as many for

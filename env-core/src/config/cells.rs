@@ -5,6 +5,11 @@ use toml::{Table, Value};
 use super::document::SweepEntry;
 use super::{ConfigError, Document, ValidScenario, keys};
 
+/// What the keys of weeds begin with.
+const WEEDS: &str = "weeds.";
+/// The keys that give weeds, which are drawn without them.
+const GIVERS: [&str; 2] = ["weeds.positions_m", "weeds.file"];
+
 /// One scenario of a sweep, with the values that set it apart.
 #[derive(Debug, Clone)]
 pub struct Cell {
@@ -68,19 +73,26 @@ impl Document {
         Ok(cells)
     }
 
-    /// Weeds that are given are not drawn: a sweep over their draw would run the same cell again and again.
+    /// Weeds that are given, by the document or by the sweep itself, are not drawn: a sweep over their draw would run the
+    /// same cell again and again.
     fn refuse_redrawing(&self, sweep: &SweepEntry) -> Result<(), ConfigError> {
-        let given = ["positions_m", "file"];
-        let is_given =
-            |key: &str| self.table.get("weeds").and_then(|weeds| weeds.get(key)).is_some();
-        let draws = |key: &str| key.strip_prefix("weeds.").is_some_and(|key| !given.contains(&key));
+        let is_axis = |giver: &str| sweep.axes.iter().any(|(key, _)| key == giver);
+        let is_written = |giver: &str| {
+            let name = giver.strip_prefix(WEEDS).unwrap_or(giver);
+            self.table.get("weeds").and_then(|weeds| weeds.get(name)).is_some()
+        };
+        let Some(giver) = GIVERS.into_iter().find(|giver| is_axis(giver) || is_written(giver))
+        else {
+            return Ok(());
+        };
+        let draws = |key: &str| key.starts_with(WEEDS) && !GIVERS.contains(&key);
         match sweep.axes.iter().find(|(key, _)| draws(key)) {
-            Some((key, _)) if given.into_iter().any(is_given) => Err(ConfigError::value(
+            Some((key, _)) => Err(ConfigError::value(
                 key,
-                "left out of sweeps where the weeds are given",
+                format!("left out of sweeps where {giver} gives the weeds, since none is drawn"),
                 format!("it in `{}`", sweep.name),
             )),
-            _ => Ok(()),
+            None => Ok(()),
         }
     }
 }
@@ -104,6 +116,10 @@ fn with(table: &Table, key: &str, value: &Value) -> Table {
     while let Some(name) = names.next() {
         if names.peek().is_none() {
             inner.insert(name.to_owned(), value.clone());
+            // Weeds that a sweep gives are as many as they are, whatever the document counts for others.
+            if GIVERS.contains(&key) {
+                inner.remove("count");
+            }
             break;
         }
         let entry = inner.entry(name).or_insert_with(|| Value::Table(Table::new()));

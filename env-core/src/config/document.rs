@@ -132,14 +132,15 @@ impl Document {
 
     /// Lays `table` over the document, key by key; what it gives wins.
     pub fn overlay(&mut self, table: Table) {
-        // Weeds that are given in one way replace those that were given in another.
+        // Weeds that are given in one way replace those that were given in another, and how many these were.
         if let Some(Value::Table(weeds)) = table.get("weeds") {
             let gives = |key: &str| weeds.contains_key(key);
             if (gives("positions_m") || gives("file") || gives("count"))
                 && let Some(Value::Table(mine)) = self.table.get_mut("weeds")
             {
-                mine.remove("positions_m");
-                mine.remove("file");
+                for key in ["positions_m", "file", "count"] {
+                    mine.remove(key);
+                }
             }
         }
         merge(&mut self.table, table);
@@ -161,8 +162,12 @@ impl Document {
 
     /// Turns a table into a checked scenario, its weed file read.
     pub(super) fn resolve(&self, table: Table) -> Result<ValidScenario, ConfigError> {
+        let weeds = table.get("weeds");
+        let counted = weeds.and_then(|weeds| weeds.get("count")).and_then(Value::as_integer);
         let mut scenario: Scenario = keys::from_table(table, "")?;
+        let mut giver = "weeds.positions_m";
         if let Some(file) = scenario.weeds.file.take() {
+            giver = "weeds.file";
             if scenario.weeds.positions_m.is_some() {
                 return Err(ConfigError::value(
                     "weeds.file",
@@ -176,7 +181,12 @@ impl Document {
             scenario.weeds.positions_m = Some(positions_m);
         }
         if let Some(positions_m) = &scenario.weeds.positions_m {
-            scenario.weeds.count = u32::try_from(positions_m.len()).unwrap_or(u32::MAX);
+            let given = u32::try_from(positions_m.len()).unwrap_or(u32::MAX);
+            if let Some(counted) = counted.filter(|&counted| counted != i64::from(given)) {
+                let expected = format!("left out or {given}, as many as {giver} gives");
+                return Err(ConfigError::value("weeds.count", expected, counted));
+            }
+            scenario.weeds.count = given;
         }
         scenario.check()
     }

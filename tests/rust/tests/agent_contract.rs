@@ -446,6 +446,27 @@ fn the_yardstick_mows_every_weed_on_a_shorter_way_than_any_agent() {
 }
 
 #[test]
+fn one_agent_has_one_label_however_its_options_are_written() {
+    for (written, label) in [
+        ("bcp", "bcp"),
+        ("bcp:spacing=deck", "bcp"),
+        ("bcp:spacing=sensor", "bcp:spacing=sensor"),
+        ("jump", "jump"),
+        ("greedy:detour_m=16", "greedy"),
+        ("greedy:detour_m=8", "greedy:detour_m=8.0"),
+        ("greedy:detour_m=inf", "greedy:detour_m=inf"),
+        ("horizon:time_ms=inf", "horizon"),
+        ("horizon:time_ms=5:iterations=300", "horizon:iterations=300:time_ms=5.0"),
+        ("horizon:iterations=300:time_ms=5.0", "horizon:iterations=300:time_ms=5.0"),
+        ("clairvoyant:iterations=10000", "clairvoyant"),
+    ] {
+        let spec: AgentSpec = written.parse().unwrap();
+        assert_eq!(spec.to_string(), label, "{written}");
+        assert_eq!(label.parse::<AgentSpec>().unwrap(), spec, "{written}");
+    }
+}
+
+#[test]
 fn an_unknown_agent_or_option_is_refused_by_name() {
     let refused = |text: &str| text.parse::<AgentSpec>().unwrap_err().to_string();
     let names: Vec<&str> = AGENTS.iter().map(|entry| entry.name).collect();

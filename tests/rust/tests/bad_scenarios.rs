@@ -197,6 +197,16 @@ fn weeds_off_the_pasture_are_refused_by_their_number() {
 }
 
 #[test]
+fn a_count_of_weeds_that_is_not_that_of_the_given_ones_is_refused() {
+    let with = |count: u32| format!("[weeds]\ncount = {count}\npositions_m = [[1, 2], [3, 4]]");
+    assert_eq!(
+        refusal(&with(40)),
+        "`weeds.count` must be left out or 2, as many as weeds.positions_m gives, got 40"
+    );
+    assert_eq!(read(&with(2)).unwrap().weeds.count, 2);
+}
+
+#[test]
 fn a_weed_that_is_no_pair_of_numbers_is_refused() {
     for weeds in ["[[1.0]]", "[[1.0, 2.0, 3.0]]", "[1.0, 2.0]", "[[\"a\", 2.0]]", "7"] {
         let message = refusal(&format!("[weeds]\npositions_m = {weeds}"));

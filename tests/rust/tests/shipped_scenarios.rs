@@ -122,10 +122,19 @@ fn the_default_file_gives_a_value_to_every_key_with_a_default() {
     assert_eq!(given, written);
 }
 
-/// The examples behind `#` are good ones.
+/// The examples behind `#` are good ones; whoever gives weeds leaves out their number, as the file says.
 #[test]
 fn the_commented_examples_of_the_default_file_can_be_used() {
     let text = shipped("default").unwrap().replace("# positions_m = ", "positions_m = ");
+    assert_eq!(
+        Document::parse("default", &text, Path::new(""))
+            .unwrap()
+            .scenario()
+            .unwrap_err()
+            .to_string(),
+        "`weeds.count` must be left out or 2, as many as weeds.positions_m gives, got 40"
+    );
+    let text = text.replace("count = 40 ", "# count = 40 ");
     let scenario = Document::parse("default", &text, Path::new("")).unwrap().scenario().unwrap();
     assert_eq!(scenario.weeds.positions_m, Some(vec![[12.0, 3.5], [40.0, 20.0]]));
 }

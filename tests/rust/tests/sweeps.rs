@@ -152,13 +152,65 @@ fn two_sweeps_of_one_name_are_refused() {
     assert!(refusal(text, None).starts_with("`sweep.name` must be "));
 }
 
-/// Weeds that stand where they are given are as many as they are, so a sweep over their number would repeat itself.
+/// Weeds that stand where they are given are not drawn, so a sweep over their draw would repeat itself.
 #[test]
-fn a_sweep_over_the_number_of_weeds_that_are_given_is_refused() {
-    let text =
-        "[weeds]\npositions_m = [[1.0, 1.0]]\n[[sweep]]\nname = \"a\"\n\"weeds.count\" = [20, 40]";
-    let message = refusal(text, None);
-    assert!(message.starts_with("`weeds.count` must be "), "{message}");
+fn a_sweep_over_the_draw_of_weeds_that_are_given_is_refused() {
+    let given = "[weeds]\npositions_m = [[1.0, 1.0]]\n[[sweep]]\nname = \"a\"\n";
+    for (key, values) in [
+        ("weeds.count", "[20, 40]"),
+        ("weeds.distribution", "[\"uniform\", \"gaussian\"]"),
+        ("weeds.sigma_m", "[1.0, 2.0]"),
+        ("weeds.cluster_fraction", "[0.1, 0.2]"),
+    ] {
+        assert_eq!(
+            refusal(&format!("{given}\"{key}\" = {values}"), None),
+            format!(
+                "`{key}` must be left out of sweeps where weeds.positions_m gives the weeds, since none is drawn, got it in `a`"
+            )
+        );
+    }
+}
+
+#[test]
+fn a_sweep_that_gives_weeds_and_goes_over_their_draw_is_refused_in_any_order() {
+    for (giver, given) in [
+        ("weeds.positions_m", "[[[1.0, 1.0]], [[2.0, 2.0], [3.0, 3.0]]]"),
+        ("weeds.file", "[\"nowhere.csv\"]"),
+    ] {
+        for (key, values) in [
+            ("weeds.count", "[20, 40]"),
+            ("weeds.distribution", "[\"uniform\", \"gaussian\"]"),
+            ("weeds.sigma_m", "[1.0, 2.0]"),
+        ] {
+            let (gives, draws) =
+                (format!("\"{giver}\" = {given}"), format!("\"{key}\" = {values}"));
+            for axes in [format!("{gives}\n{draws}"), format!("{draws}\n{gives}")] {
+                assert_eq!(
+                    refusal(&format!("[[sweep]]\nname = \"a\"\n{axes}"), None),
+                    format!(
+                        "`{key}` must be left out of sweeps where {giver} gives the weeds, since none is drawn, got it in `a`"
+                    )
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn a_sweep_over_given_weeds_stands_beside_one_over_their_number() {
+    let text = r#"
+[weeds]
+count = 7
+[[sweep]]
+name = "given"
+"weeds.positions_m" = [[[1.0, 1.0]], [[2.0, 2.0], [3.0, 3.0]]]
+[[sweep]]
+name = "drawn"
+"weeds.count" = [5, 6]
+"#;
+    let counts: Vec<u32> =
+        cells(text, None).unwrap().iter().map(|cell| cell.scenario.weeds.count).collect();
+    assert_eq!(counts, [1, 2, 5, 6]);
 }
 
 #[test]
@@ -175,17 +227,24 @@ fn keywords_laid_over_a_document_win_key_by_key() {
     assert_eq!((scenario.pasture.length_m, scenario.mower.speed_mps), (50.0, 2.0));
 }
 
-/// Whoever asks for a number of weeds, or gives weeds, does not want those of the file below.
+/// Whoever asks for a number of weeds, or gives weeds, wants neither those of the file below nor as many.
 #[test]
 fn weeds_laid_over_a_document_replace_the_weeds_given_there() {
-    let text = "[weeds]\npositions_m = [[1.0, 1.0]]";
-    for (overlay, count) in [
-        ("[weeds]\ncount = 9", 9),
-        ("[weeds]\npositions_m = [[2.0, 2.0], [3.0, 3.0]]", 2),
-        ("[weeds]\nsigma_m = 2.0", 1),
+    let one = "[weeds]\npositions_m = [[1.0, 1.0]]";
+    let counted = "[weeds]\ncount = 1\npositions_m = [[1.0, 1.0]]";
+    let drawn = "[weeds]\ncount = 7";
+    let two = "[weeds]\npositions_m = [[2.0, 2.0], [3.0, 3.0]]";
+    for (text, overlay, count) in [
+        (one, "[weeds]\ncount = 9", 9),
+        (one, two, 2),
+        (one, "[weeds]\nsigma_m = 2.0", 1),
+        (counted, "[weeds]\ncount = 9", 9),
+        (counted, two, 2),
+        (counted, "[weeds]\nsigma_m = 2.0", 1),
+        (drawn, two, 2),
     ] {
         let mut document = Document::parse("meadow", text, Path::new("")).unwrap();
         document.overlay(overlay.parse().unwrap());
-        assert_eq!(document.scenario().unwrap().weeds.count, count, "{overlay}");
+        assert_eq!(document.scenario().unwrap().weeds.count, count, "{text}\n{overlay}");
     }
 }

@@ -162,3 +162,20 @@ fn a_file_is_found_beside_its_scenario() {
     assert_eq!(document.name(), "meadow");
     assert_eq!(document.scenario().unwrap().weeds.positions_m, Some(vec![[7.0, 7.0]]));
 }
+
+#[test]
+fn a_count_that_is_not_that_of_the_file_is_refused() {
+    let folder = folder("counted", b"12,3.5\n40.25,20\n");
+    let with = |count: u32| {
+        let text = format!("[weeds]\ncount = {count}\nfile = \"weeds.csv\"\n");
+        Document::parse("meadow", &text, &folder).unwrap().scenario()
+    };
+    assert_eq!(
+        with(3).unwrap_err().to_string(),
+        "`weeds.count` must be left out or 2, as many as weeds.file gives, got 3"
+    );
+    // What is written out says how many there are, and reads back the same.
+    let scenario = with(2).unwrap();
+    let again = Document::parse("meadow", &scenario.to_toml(), &folder).unwrap();
+    assert_eq!(again.scenario().unwrap(), scenario);
+}

@@ -123,17 +123,29 @@ class Journal:
         self._whole_bytes = sum(len(line) + 1 for line in lines)
 
     def _row(self, parsed: Mapping[str, object]) -> Row:
-        row = Row(**parsed)  # type: ignore[arg-type] # checked as far as anything depends on it
-        if row.scenario != self._study.cells[row.cell].name or row.instance not in range(self._study.instances):
+        """Returns a row that the study may have brought about.
+
+        Raises:
+            ValueError, TypeError: If it cannot have.
+        """
+        row, study = Row(**parsed), self._study  # type: ignore[arg-type] # checked below
+        if not (
+            row.is_possible
+            and row.cell in range(len(study.cells))
+            and row.scenario == study.cells[row.cell].name
+            and row.agent in study.labels
+            and row.instance in range(study.instances)
+            and row.seed == study.seed + row.instance
+            and row.weeds_total == study.cells[row.cell].weeds
+        ):
             raise ValueError
-        self._study.labels.index(row.agent)
         return row
 
     @contextmanager
     def _readable(self, line: int) -> Iterator[None]:
         try:
             yield
-        except (ValueError, TypeError, IndexError) as error:
+        except (ValueError, TypeError) as error:
             text = f"`out` must hold the journal as it was written, got a damaged line {line} in {self._path}"
             raise ConfigError(text) from error
 

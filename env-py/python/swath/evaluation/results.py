@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from swath import _native
 from swath.errors import ConfigError
+from swath.evaluation.chance import are_copies
 from swath.evaluation.row import NUMBERS, Row
 from swath.evaluation.statistics import Spread, spread
 from swath.evaluation.study import Study
@@ -61,6 +62,8 @@ class Results:
         Per cell and agent: path in per cent of the boustrophedon path and weeds mowed in per cent, each with n, mean,
         standard deviation and the 95 % interval of the mean by Student's t; how often each outcome came about.
         Per cell and ordered pair of agents: the same of the differences on the same instances, in points.
+        Per cell: why all instances have the same weeds, or None. If they have, n is 1 and there is no interval, but
+        for agents that choose at random: theirs is over their own choices.
 
         Returns:
             What `summary.json` holds: nothing in it depends on the time or the number of threads.
@@ -81,12 +84,21 @@ class Results:
                     "scenario": cell.name,
                     "hash": cell.scenario.hash,
                     "values": plain(cell.values),
+                    "same_weeds": cell.same_weeds,
                     "agents": [self._about(number, agent) for agent in study.labels],
                     "comparisons": [self._pair(number, *pair) for pair in permutations(study.labels, 2)],
                 }
                 for number, cell in enumerate(study.cells)
             ],
         }
+
+    def path(self, cell: int, agent: str) -> Spread:
+        """Sums up an agent's paths in a cell, in per cent of the boustrophedon path."""
+        return self._spread([row.path_percent for row in self.of_cell(cell, agent)], cell, agent)
+
+    def mowed(self, cell: int, agent: str) -> Spread:
+        """Sums up how many of the weeds an agent mowed in a cell, per cent."""
+        return self._spread([row.mowed_percent for row in self.of_cell(cell, agent)], cell, agent)
 
     def compare(self, cell: int, agent: str, other: str) -> Spread:
         """Sums up how much longer one agent's path is than another's on the same instances.
@@ -100,28 +112,32 @@ class Results:
             The spread of the difference, in points of per cent of the boustrophedon path.
         """
         pairs = zip(self.of_cell(cell, agent), self.of_cell(cell, other), strict=True)
-        return spread([row.path_percent - twin.path_percent for row, twin in pairs])
+        return self._spread([row.path_percent - twin.path_percent for row, twin in pairs], cell, agent, other)
 
     def outcomes(self, cell: int, agent: str) -> dict[str, int]:
         """Returns how often each outcome came about, by name."""
         return dict(sorted(Counter(row.outcome for row in self.of_cell(cell, agent)).items()))
 
+    def _spread(self, values: Sequence[float], cell: int, *agents: str) -> Spread:
+        """Sums up values of these agents in a cell, instance by instance."""
+        return spread(values, are_copies=are_copies([self.study.cells[cell].same_weeds], agents))
+
     def _about(self, cell: int, agent: str) -> dict[str, object]:
-        rows = self.of_cell(cell, agent)
         return {
             "agent": agent,
-            "path_percent": spread([row.path_percent for row in rows]),
-            "mowed_percent": spread([row.mowed_percent for row in rows]),
+            "path_percent": self.path(cell, agent),
+            "mowed_percent": self.mowed(cell, agent),
             "outcomes": self.outcomes(cell, agent),
         }
 
     def _pair(self, cell: int, agent: str, other: str) -> dict[str, object]:
         pairs = zip(self.of_cell(cell, agent), self.of_cell(cell, other), strict=True)
+        mowed = [row.mowed_percent - twin.mowed_percent for row, twin in pairs]
         return {
             "agent": agent,
             "versus": other,
             "path_points": self.compare(cell, agent, other),
-            "mowed_points": spread([row.mowed_percent - twin.mowed_percent for row, twin in pairs]),
+            "mowed_points": self._spread(mowed, cell, agent, other),
         }
 
     def csv(self) -> str:

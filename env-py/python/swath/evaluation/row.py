@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -78,6 +79,21 @@ class Row:
     def mowed_percent(self) -> float:
         """Weeds mowed, in per cent of all; 100 where there are none."""
         return 100.0 * self.weeds_mowed / self.weeds_total if self.weeds_total else 100.0
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether an episode can have these numbers, whatever was asked."""
+        weeds = (self.weeds_total, self.weeds_detected, self.weeds_mowed)
+        if any(type(number) is not int for number in (self.cell, self.instance, self.seed, *weeds)):
+            return False
+        lengths = (self.path_length_m, self.bcp_length_m, self.path_fraction, self.wall_s)
+        return (
+            all(0 <= number <= self.weeds_total for number in weeds)
+            and all(0.0 <= length < math.inf for length in lengths)
+            and math.isclose(self.path_fraction * self.bcp_length_m, self.path_length_m, rel_tol=1e-9)
+            and 0.0 <= self.seen_fraction <= 1.0
+            and isinstance(self.outcome, str)
+        )
 
 
 def add(rows: dict[Task, Row], row: Row) -> bool:

@@ -41,6 +41,8 @@ def evaluate(
     """Runs agents natively over many instances, each until its own stop.
 
     Instance i has the seed `seed + i`, the same for every agent, so that agents are compared on the same weeds.
+    Where the scenario gives the weeds, or has none, all instances are copies of one: they count as one, without an
+    interval, but for agents that choose at random.
     With `out` every finished episode is kept at once, and the same call goes on where a stopped one ended.
 
     Args:

@@ -20,7 +20,7 @@ class Spread(TypedDict):
     """What is known about a mean from n independent values.
 
     Attributes:
-        n: Number of values.
+        n: Number of values; 1 where all of them are copies of one.
         mean: Their mean.
         sd: Their standard deviation, with n - 1; None for n = 1.
         low: Lower end of the 95 % interval of the mean, by Student's t with n - 1 degrees of freedom; None for n = 1.
@@ -34,16 +34,17 @@ class Spread(TypedDict):
     high: float | None
 
 
-def spread(values: Sequence[float]) -> Spread:
-    """Sums up values that are independent of one another.
+def spread(values: Sequence[float], *, are_copies: bool = False) -> Spread:
+    """Sums up values that are independent of one another, or copies of one.
 
     Args:
         values: At least one.
+        are_copies: Whether they are copies: then there is no interval, however many they are.
 
     Returns:
         Mean, standard deviation and 95 % interval of the mean.
     """
-    n, mean = len(values), float(np.mean(values))
+    n, mean = 1 if are_copies else len(values), float(np.mean(values))
     if n == 1:
         return Spread(n=1, mean=mean, sd=None, low=None, high=None)
     sd = float(np.std(values, ddof=1))

@@ -6,7 +6,7 @@ import operator
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from hashlib import sha256
 from itertools import product
 from pathlib import Path
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from swath import _native
 from swath.errors import ConfigError
+from swath.evaluation.chance import same_weeds
 from swath.evaluation.row import Row
 from swath.plain import plain
 from swath.seeds import LARGEST_SEED
@@ -44,6 +45,16 @@ class Cell:
     name: str
     values: Mapping[str, object]
     scenario: _native.Scenario
+
+    @cached_property
+    def weeds(self) -> int:
+        """Number of weeds of every instance."""
+        return int(self.scenario.to_dict()["weeds"]["count"])  # type: ignore[index] # a block of keys
+
+    @cached_property
+    def same_weeds(self) -> str | None:
+        """Why all instances have the same weeds; None where each draws its own."""
+        return same_weeds(self.scenario)
 
 
 @dataclass(frozen=True)
@@ -78,19 +89,23 @@ class Study:
         if not isinstance(agents, Iterable):
             text = f"`agents` must be names of agents, such as `snake`, got {agents!r}"
             raise ConfigError(text)
-        texts = agents.split(",") if isinstance(agents, str) else agents
+        texts = [
+            text.strip() if isinstance(text, str) else text
+            for text in (agents.split(",") if isinstance(agents, str) else agents)
+        ]
         sources = _sources(scenario)
         instances = whole("instances", instances, least=1, most=_MOST_INSTANCES)
         study = cls(
-            agents=tuple(_native.AgentSpec(text.strip() if isinstance(text, str) else text) for text in texts),
+            agents=tuple(map(_native.AgentSpec, texts)),
             cells=_cells(sources, only),
             instances=instances,
             seed=whole("seed", seed, least=0, most=LARGEST_SEED - (instances - 1)),
             only=only,
             files=dict(_files(sources, only)),
         )
-        _refuse_twins("agents", study.labels)
-        _refuse_twins("scenario", [_title(cell) for cell in study.cells])
+        _refuse_twins("agents", study.labels, written=texts)
+        titles = [_title(cell) for cell in study.cells]
+        _refuse_twins("scenario", titles, written=titles)
         return study
 
     @property
@@ -204,11 +219,13 @@ def _title(cell: Cell) -> str:
     return ", ".join([cell.name, *(f"{key} = {value}" for key, value in cell.values.items())])
 
 
-def _refuse_twins(field: str, names: Sequence[str]) -> None:
+def _refuse_twins(field: str, names: Sequence[str], *, written: Sequence[str]) -> None:
     if not names:
         text = f"`{field}` must name at least one, got none"
         raise ConfigError(text)
     for number, name in enumerate(names):
         if name in names[:number]:
-            text = f"`{field}` must differ in their names, got `{name}` twice"
+            one, other = written[names.index(name)], written[number]
+            got = f"`{one}` twice" if one == other else f"`{one}` and `{other}`, which are the same"
+            text = f"`{field}` must differ in their names, got {got}"
             raise ConfigError(text)

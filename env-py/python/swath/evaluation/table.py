@@ -9,10 +9,12 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from swath.evaluation.statistics import interval, spread
+from swath.evaluation.chance import without_interval
+from swath.evaluation.statistics import interval
 
 if TYPE_CHECKING:
     from swath.evaluation.results import Results
+    from swath.evaluation.study import Study
 
 __all__ = ["print_whole", "text_of"]
 
@@ -27,8 +29,7 @@ def text_of(results: Results) -> str:
         table.add_column(name, justify="right")
     for number, cell in enumerate(study.cells):
         for agent in study.labels:
-            rows = results.of_cell(number, agent)
-            path, mowed = spread([row.path_percent for row in rows]), spread([row.mowed_percent for row in rows])
+            path, mowed = results.path(number, agent), results.mowed(number, agent)
             points = "" if agent == versus else interval(results.compare(number, agent, versus), sign="+")
             outcomes = ", ".join(f"{count} {name}" for name, count in results.outcomes(number, agent).items())
             named = [cell.name, *map(str, cell.values.values()), agent, str(path["n"])]
@@ -42,8 +43,16 @@ def text_of(results: Results) -> str:
             )
     return print_whole(table) + (
         "path: in % of the boustrophedon path over the whole pasture; its difference in points, on the same instances\n"
-        "mean ± half the 95 % interval of the mean, by Student's t\n"
+        "mean ± half the 95 % interval of the mean, by Student's t\n" + _copies(results.study)
     )
+
+
+def _copies(study: Study) -> str:
+    """Returns a line for each scenario or sweep in which there is no interval, and why."""
+    if study.instances == 1:
+        return ""
+    cells = dict.fromkeys((cell.name, cell.same_weeds) for cell in study.cells if cell.same_weeds)
+    return "".join(f"{name}: {without_interval(why, study.labels, study.instances)}\n" for name, why in cells)
 
 
 def print_whole(table: Table) -> str:

@@ -33,12 +33,14 @@ class Place:
         name: Name of its source, with the sweep's behind a slash.
         values: Every swept key with the value it has here.
         hash: The scenario's hash.
+        same_weeds: Why all instances have the same weeds; None where each draws its own.
         scenario: The scenario itself; None if the folder has no file of it.
     """
 
     name: str
     values: Mapping[str, object]
     hash: str
+    same_weeds: str | None
     scenario: Scenario | None
 
 
@@ -105,7 +107,14 @@ class Evaluated:
             files = {path.name: path.read_text("utf-8") for path in sorted(folder.glob("scenario*.toml"))}
             scenarios = _scenarios(folder, files)
             places = [
-                Place(cell["scenario"], cell["values"], cell["hash"], scenarios.get(cell["hash"])) for cell in cells
+                Place(
+                    name=cell["scenario"],
+                    values=cell["values"],
+                    hash=cell["hash"],
+                    same_weeds=cell.get("same_weeds"),
+                    scenario=scenarios.get(cell["hash"]),
+                )
+                for cell in cells
             ]
             versus, only, version = str(arguments["versus"]), arguments["only"], str(summary["swath"])
             means = [about["path_percent"]["mean"] for cell in cells for about in cell["agents"]]
@@ -154,6 +163,7 @@ class _Cell(TypedDict):
     scenario: str
     hash: str
     values: dict[str, object]
+    same_weeds: str | None
     agents: list[_About]
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from swath.evaluation.chance import are_copies
 from swath.evaluation.statistics import Spread, spread
 
 if TYPE_CHECKING:
@@ -65,11 +66,19 @@ class Group:
 
     def mean(self, values: npt.NDArray[np.float64], agent: int, numbers: Sequence[int] | None = None) -> Spread:
         """Returns what is known about an agent's mean over scenarios."""
-        return spread(self.per_instance(values, agent, numbers).tolist())
+        return self._spread(self.per_instance(values, agent, numbers), [agent], numbers)
 
-    def difference(self, values: npt.NDArray[np.float64], agent: int, other: int) -> Spread:
+    def difference(
+        self, values: npt.NDArray[np.float64], agent: int, other: int, numbers: Sequence[int] | None = None
+    ) -> Spread:
         """Returns what is known about the difference of two agents on the same instances."""
-        return spread((self.per_instance(values, agent) - self.per_instance(values, other)).tolist())
+        points = self.per_instance(values, agent, numbers) - self.per_instance(values, other, numbers)
+        return self._spread(points, [agent, other], numbers)
+
+    def _spread(self, means: npt.NDArray[np.float64], agents: Sequence[int], numbers: Sequence[int] | None) -> Spread:
+        places = [self.evaluated.places[number] for number in (self.numbers if numbers is None else numbers)]
+        labels = [self.evaluated.agents[agent] for agent in agents]
+        return spread(means.tolist(), are_copies=are_copies([place.same_weeds for place in places], labels))
 
     def pooled(self, values: npt.NDArray[np.float64], agent: int) -> npt.NDArray[np.float64]:
         """Returns an agent's episodes of all scenarios of the group."""

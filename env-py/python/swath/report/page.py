@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import shlex
+from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import cache
 from html import escape
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
+from swath.evaluation.chance import without_interval
 from swath.replay.data import data_of
 from swath.replay.page import document, json_block, script, style
 from swath.report import tables
@@ -126,11 +128,19 @@ def _section(group: Group, number: int) -> str:
 
 
 def _what(group: Group) -> str:
-    if len(group.numbers) == 1:
-        return ""
-    averaged = f" The figures average over {' and '.join(group.averaged)}." if group.averaged and group.key else ""
-    text = f"Means over {len(group.numbers)} scenarios, taken instance by instance.{averaged}"
-    return f'<p class="about">{escape(text)}</p>\n'
+    """Returns what the means of a group are over, and where they have no interval."""
+    evaluated, several = group.evaluated, len(group.numbers) > 1
+    texts = []
+    if several:
+        averaged = f" The figures average over {' and '.join(group.averaged)}." if group.averaged and group.key else ""
+        texts.append(f"Means over {len(group.numbers)} scenarios, taken instance by instance.{averaged}")
+    reasons = Counter(evaluated.places[number].same_weeds for number in group.numbers)
+    for reason, count in reasons.items():
+        if reason is not None and evaluated.instances > 1:
+            where = f"In {count} of {len(group.numbers)} scenarios " if several else ""
+            text = f"{where}{without_interval(reason, evaluated.agents, evaluated.instances)}."
+            texts.append(text[0].upper() + text[1:])
+    return "".join(f'<p class="about">{escape(text)}</p>\n' for text in texts)
 
 
 def _legend(evaluated: Evaluated) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
-from swath.evaluation.statistics import Spread, spread
+from swath.evaluation.statistics import Spread
 from swath.report.chart import swatch
 from swath.share import share
 from swath.styles import YARDSTICK, is_yardstick, title_of
@@ -55,14 +55,14 @@ def of_places(group: Group) -> str:
     for number in group.numbers:
         values = escape(", ".join(str(evaluated.places[number].values[key]) for key in keys))
         for agent, label in enumerate(evaluated.agents):
-            points = evaluated.path_percent[number, agent] - evaluated.path_percent[number, versus]
+            points = group.difference(evaluated.path_percent, agent, versus, [number])
             rows.append(
                 [
                     f"{values}{': ' * bool(values)}{name_of(label)}",
                     f"{evaluated.path_m[number, agent].mean():.0f}",
-                    _interval(spread(evaluated.path_percent[number, agent].tolist())),
-                    _interval(spread(evaluated.mowed_percent[number, agent].tolist()), most=100.0),
-                    "" if agent == versus else _difference(spread(points.tolist())),
+                    _interval(group.mean(evaluated.path_percent, agent, [number])),
+                    _interval(group.mean(evaluated.mowed_percent, agent, [number]), most=100.0),
+                    "" if agent == versus else _difference(points),
                     _counts(evaluated.outcomes[number, agent].tolist()),
                 ]
             )
