@@ -252,7 +252,7 @@ pub struct EpisodeConfig {
     pub control_period_s: f64,
     /// Longest path, in lengths of the boustrophedon path (default 1, the paper's upper bound; `inf` for no limit). Then the episode is truncated.
     pub budget: f64,
-    /// Share of the pasture's cells that must have been seen before the episode can be won, above 0 to 1 (default 1).
+    /// Share of the pasture's cells that must have been seen before the episode can be won, above 0 to 1 (default 1). A cell, 1 m by 1 m or less, counts as seen with its centre, so a weed at its edge may be left.
     pub seen_goal: f64,
 }
 
