@@ -1,10 +1,12 @@
 //! The path that a mower took.
 
 use crate::geometry::{Arc, Pose};
-use crate::math::{floor_index, wrap_to_pi};
+use crate::math::{floor_index, larger, wrap_to_pi};
 
 /// Largest distance between two points of a sampled path, metres.
 pub const SAMPLE_SPACING_M: f64 = 0.1;
+/// Largest turn between them, radians: a chord is shorter than its arc by less than a twentieth of a thousandth then.
+const SAMPLE_TURN_RAD: f64 = 0.1;
 /// Curvatures this alike belong to one arc, 1/m.
 const SAME_CURVATURE_PER_M: f64 = 1e-12;
 
@@ -36,7 +38,7 @@ impl Trajectory {
         &self.arcs
     }
 
-    /// Points of the path at most 0.1 m apart, arc ends included: `x_m`, `y_m`, `heading_rad` in [-pi, pi) and `path_m`.
+    /// Points of the path at most 0.1 m and 0.1 radians apart, arc ends included: `x_m`, `y_m`, `heading_rad` in [-pi, pi) and `path_m`.
     #[must_use]
     pub fn sample(&self) -> Vec<[f64; 4]> {
         let point =
@@ -45,7 +47,9 @@ impl Trajectory {
             self.arcs.first().map(|arc| point(arc.start, 0.0)).into_iter().collect();
         let mut path_m = 0.0;
         for arc in &self.arcs {
-            let pieces = floor_index((arc.length_m / SAMPLE_SPACING_M).ceil()).max(1);
+            let turn_rad = arc.length_m * arc.curvature_per_m.abs();
+            let pieces = larger(arc.length_m / SAMPLE_SPACING_M, turn_rad / SAMPLE_TURN_RAD);
+            let pieces = floor_index(pieces.ceil()).max(1);
             for piece in 1..=pieces {
                 let along_m = arc.length_m * piece as f64 / pieces as f64;
                 points.push(point(arc.at(along_m), path_m + along_m));

@@ -40,7 +40,7 @@ impl Episode {
         Ok(dict)
     }
 
-    /// Points of the path at most 0.1 m apart, (n, 4): the start alone where nothing was driven.
+    /// Points of the path at most 0.1 m and 0.1 radians apart, (n, 4): the start alone where nothing was driven.
     #[getter]
     fn trajectory<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let mut points = py.detach(|| self.result.trajectory.sample());

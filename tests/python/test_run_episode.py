@@ -48,6 +48,18 @@ def test_no_turn_is_tighter_than_the_turning_radius(episode):
     assert oracle.curvatures(points).max() <= 1.01 / radius_m
 
 
+@pytest.mark.parametrize("radius_m", [0.05, 0.3])
+def test_chords_tell_length_and_curvature_of_tight_turns_too(radius_m):
+    mower = {"turning_radius_m": radius_m, "deck_width_m": 1.0}
+    scenario = {"pasture": {"length_m": 20, "width_m": 10}, "mower": mower}
+    episode = swath.run_episode("snake", scenario=scenario, seed=1)
+    chords_m = np.hypot(*np.diff(episode.trajectory[:, :2], axis=0).T)
+    assert chords_m.sum() == pytest.approx(episode.path_length_m, rel=1e-3)
+    turns = np.abs(wrapped(np.diff(episode.trajectory[:, 2])))
+    is_long = chords_m > 1e-6
+    assert (turns[is_long] / chords_m[is_long]).max() * radius_m < 1.01
+
+
 def test_headings_point_along_the_path(episode):
     steps = np.diff(episode.trajectory[:, :2], axis=0)
     is_long = np.hypot(*steps.T) > 1e-3

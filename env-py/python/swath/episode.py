@@ -30,8 +30,8 @@ class Episode:
         weeds_mowed: Number of weeds mowed, seen or not.
         seen_fraction: Share of the pasture's cells seen, 0 to 1.
         outcome: `done` (the agent's own stop), `capped` (its safety cap) or `left_headland` (a failure).
-        trajectory: (n, 4) float64: x_m, y_m, heading_rad in [-pi, pi) and path_m, at most 0.1 m apart, from start to
-            end; the start alone where nothing was driven.
+        trajectory: (n, 4) float64: x_m, y_m, heading_rad in [-pi, pi) and path_m, at most 0.1 m and 0.1 radians apart,
+            from start to end; the start alone where nothing was driven.
         arcs: (n, 5) float64: x_m, y_m and heading_rad where each arc of the path begins, curvature_per_m (0: straight)
             and length_m, in driving order.
         weeds_m: (weeds_total, 2) float64, world frame, metres.

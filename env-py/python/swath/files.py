@@ -16,22 +16,28 @@ __all__ = ["check_folder", "unfinished", "write_whole"]
 def unfinished(path: Path) -> Iterator[Path]:
     """Gives another name beside a file, under which it is written, and renames it when the block ends well.
 
+    Where the path is a link, the file that it leads to is replaced; a device or a pipe is written as it is.
+
     Args:
         path: The file; an existing one is replaced.
 
     Raises:
         OSError: If it cannot be written; nothing is left behind then, nor after any other error of the block.
     """
-    beside = path.with_name(f".{path.name}.unfinished")
+    is_stream = path.exists() and not path.is_file() and not path.is_dir()
+    whole = path.resolve() if path.is_symlink() and not is_stream else path
+    beside = path if is_stream else whole.with_name(f".{whole.name}.unfinished")
     try:
         yield beside
-        # Or the name could outlive a power cut, and the bytes not.
-        with beside.open("rb+") as file:
-            os.fsync(file.fileno())
-        beside.replace(path)
+        if not is_stream:
+            # Or the name could outlive a power cut, and the bytes not.
+            with beside.open("rb+") as file:
+                os.fsync(file.fileno())
+            beside.replace(whole)
     except BaseException as error:
-        with suppress(OSError):
-            beside.unlink()
+        if not is_stream:
+            with suppress(OSError):
+                beside.unlink()
         if isinstance(error, OSError) and error.errno is not None:
             # The name that the caller knows.
             raise type(error)(error.errno, error.strerror, str(path)) from error
@@ -42,7 +48,7 @@ def write_whole(path: Path, content: str | bytes) -> None:
     """Writes a file under another name beside it, and renames it when it is complete.
 
     Args:
-        path: The file; an existing one is replaced.
+        path: The file, as for `unfinished`.
         content: Its bytes, or its text in UTF-8.
 
     Raises:
