@@ -232,7 +232,8 @@ impl KnownWeeds {
     /// Calls `visit` with the weeds that are not farther than `reach_m` from a point along x and y, and with others close by;
     /// in no particular order.
     pub fn for_each_near(&self, at: Point, reach_m: f64, visit: impl FnMut(KnownWeed)) {
-        self.for_each_between(&Window::NOWHERE, &self.window(at, reach_m), visit);
+        let window = Window::around(at, (reach_m, reach_m), &self.grid);
+        self.for_each_between(&Window::NOWHERE, &window, visit);
     }
 
     /// Size of the pasture along x and y, metres.
@@ -240,9 +241,21 @@ impl KnownWeeds {
         self.grid.size_m()
     }
 
-    /// A window around a point whose sides are about `reach_m` away at least: the window's slack may be missing.
+    /// A window that holds all weeds within about `reach_m` of a point: the window's slack may be missing.
     pub(crate) fn window(&self, around: Point, reach_m: f64) -> Window {
-        Window::around(around, reach_m, &self.grid)
+        let (off_x_m, off_y_m) = self.off_m(around);
+        // Half a chord of the circle, at the pasture's border.
+        let along = |off_m: f64| {
+            if off_m > 0.0 { (reach_m * reach_m - off_m * off_m).max(0.0).sqrt() } else { reach_m }
+        };
+        Window::around(around, (along(off_y_m), along(off_x_m)), &self.grid)
+    }
+
+    /// How far a point is off the pasture along x and y, metres; 0 on it.
+    pub(crate) fn off_m(&self, point: Point) -> (f64, f64) {
+        let (length_m, width_m) = self.size_m();
+        let off_m = |at_m: f64, size_m: f64| larger(larger(-at_m, at_m - size_m), 0.0);
+        (off_m(point.x, length_m), off_m(point.y, width_m))
     }
 
     /// Whether a weed there would be in a window.

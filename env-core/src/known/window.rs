@@ -33,9 +33,9 @@ impl Window {
         Self { first: [first; 2], end: [end; 2], low_m, high_m }
     }
 
-    /// The buckets that a square around a point touches whose sides are `reach_m` away.
-    pub(super) fn around(at: Point, reach_m: f64, buckets: &Grid) -> Self {
-        let reach = Point::new(reach_m, reach_m).coords;
+    /// The buckets that a rectangle around a point touches whose sides are so far away along x and y, metres.
+    pub(super) fn around(at: Point, (reach_x_m, reach_y_m): (f64, f64), buckets: &Grid) -> Self {
+        let reach = Point::new(reach_x_m, reach_y_m).coords;
         let (low, high) = (buckets.cell_of(at - reach), buckets.cell_of(at + reach));
         let (side_x_m, side_y_m) = buckets.cell_m();
         let below = |first: usize, side_m: f64| {
@@ -89,5 +89,16 @@ impl Window {
     pub(crate) fn margin_m(&self, point: Point) -> f64 {
         let x_m = smaller(point.x - self.low_m.x, self.high_m.x - point.x);
         smaller(x_m, smaller(point.y - self.low_m.y, self.high_m.y - point.y))
+    }
+
+    /// The square of a distance from a point within which there is no weed but in the window, where the point is so far off the
+    /// pasture along x and y, metres: what is beyond a side along one axis is off along the other, too.
+    pub(crate) fn margin_m2(&self, point: Point, (off_x_m, off_y_m): (f64, f64)) -> f64 {
+        let x_m = smaller(point.x - self.low_m.x, self.high_m.x - point.x);
+        let y_m = smaller(point.y - self.low_m.y, self.high_m.y - point.y);
+        if x_m <= 0.0 || y_m <= 0.0 {
+            return 0.0;
+        }
+        smaller(x_m * x_m + off_y_m * off_y_m, y_m * y_m + off_x_m * off_x_m)
     }
 }

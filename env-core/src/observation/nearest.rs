@@ -13,6 +13,8 @@ const REMEMBERED: usize = 16;
 /// A window reaches this much further than it has to, metres; and as a share, for rounding far from the pasture.
 const SPARE_M: f64 = 0.03;
 const SPARE: f64 = 1e-9;
+/// More than rounding may do to a squared distance, as a share; less than that spare.
+const ROUNDING: f64 = 1e-12;
 
 /// A window that has to grow reaches to where the mower is after so many questions more, if it goes on as it does.
 const AHEAD: f64 = 2.0;
@@ -90,7 +92,9 @@ impl NearestWeeds {
     ) -> impl ExactSizeIterator<Item = &KnownWeed> {
         self.catch_up(known);
         let mut limit_m2 = self.rank(from);
-        while !self.is_certain(from, limit_m2) {
+        while !self.is_certain(from, limit_m2)
+            && !self.is_certain_from_outside(from, limit_m2, known)
+        {
             let is_wider = self.widen(from, limit_m2, known);
             limit_m2 = self.rank(from);
             if !is_wider {
@@ -106,6 +110,13 @@ impl NearestWeeds {
     fn is_certain(&self, from: Point, limit_m2: f64) -> bool {
         let margin_m = self.window.margin_m(from);
         margin_m == f64::INFINITY || (margin_m > 0.0 && margin_m * margin_m > limit_m2)
+    }
+
+    /// The same for a mower off the pasture, from where a window that is long along the border would have to be wide as well.
+    #[cold]
+    fn is_certain_from_outside(&self, from: Point, limit_m2: f64, known: &KnownWeeds) -> bool {
+        let off_m = known.off_m(from);
+        off_m != (0.0, 0.0) && self.window.margin_m2(from, off_m) > limit_m2 * (1.0 + ROUNDING)
     }
 
     /// Leaves out weeds that were mowed and takes in those that were detected.
@@ -469,6 +480,28 @@ mod tests {
                     let away_m = [0.0, 1e3, 1e6, 1e9][question / 40 % 4];
                     let mut at = |size_m: f64| (size_m + away_m) * uniform(&mut rng) - away_m / 2.0;
                     walk.at = Point::new(at(length_m.min(60.0)), at(width_m));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn round_the_outside_of_a_pasture_the_list_is_that_of_all_known_weeds_sorted() {
+        for count in [300, 4000] {
+            let mut rng = stream(count as u64, Stream::Weeds);
+            let hidden = scattered(count, &mut rng);
+            let mut walk = Walk::among(hidden, rng);
+            walk.detect_within(100.0);
+            for off_m in [1.0, 15.0, 60.0, 400.0, 5e3, 1e7] {
+                let mut nearest = NearestWeeds::new(8);
+                for question in 0..400 {
+                    // Twice round, past all sides and corners.
+                    let (sin, cos) = (0.0314 * f64::from(question)).sin_cos();
+                    let at = |middle_m: f64, share: f64| middle_m + (middle_m + off_m) * share;
+                    walk.at = Point::new(at(0.5 * SIZE_M.0, cos), at(0.5 * SIZE_M.1, sin));
+                    let found: Vec<KnownWeed> =
+                        nearest.find(walk.at, &walk.known).copied().collect();
+                    assert_eq!(found, walk.nearest_of_all(8), "{off_m} m off: {question}");
                 }
             }
         }
