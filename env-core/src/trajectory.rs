@@ -5,7 +5,7 @@ use crate::math::{floor_index, larger, wrap_to_pi};
 
 /// Largest distance between two points of a sampled path, metres.
 pub const SAMPLE_SPACING_M: f64 = 0.1;
-/// Largest turn between them, radians: a chord is shorter than its arc by less than a twentieth of a thousandth then.
+/// Largest turn between them, radians: a chord is shorter than its arc by less than half a thousandth then.
 const SAMPLE_TURN_RAD: f64 = 0.1;
 /// Curvatures this alike belong to one arc, 1/m.
 const SAME_CURVATURE_PER_M: f64 = 1e-12;
